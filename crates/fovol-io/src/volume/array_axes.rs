@@ -1,6 +1,7 @@
 //! Meaning of the axes of an array of numbers: time, z, y, x, component, slowest first.
 
 use fovol_core::Contents;
+use std::cmp::Reverse;
 
 /// Axes of an array in C order, whose last axis of space is x.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -128,13 +129,13 @@ fn squeezed(shape: &[usize], first: usize) -> Vec<usize> {
 }
 
 /// Index of the array that is most likely the volume of a file: the one with most axes longer than 1, of those the
-/// largest, of those the first.
+/// largest, of those the one with fewest components, of those the first.
 pub fn likeliest<'a>(arrays: impl Iterator<Item = Option<&'a ArrayAxes>>) -> Option<usize> {
     let ranked = arrays.enumerate().filter_map(|(index, axes)| {
         let axes = axes?;
-        Some((axes.rank(), axes.voxels(), std::cmp::Reverse(index)))
+        Some((axes.rank(), axes.voxels(), Reverse(axes.components), Reverse(index)))
     });
-    ranked.max().map(|(_, _, index)| index.0)
+    ranked.max().map(|(.., Reverse(index))| index)
 }
 
 /// `shape` for people.

@@ -8,7 +8,7 @@ mod packing;
 use super::array_axes::ArrayAxes;
 pub use coordinates::{Coordinate, Spaced};
 pub use packing::unpacked;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 /// The value of an attribute.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,6 +44,12 @@ impl Attributes {
             _ => None,
         }
     }
+}
+
+/// Names that the attributes of arrays give to arrays that describe them: bounds and coordinates of cells.
+pub fn auxiliary<'a>(all: impl Iterator<Item = &'a Attributes>) -> HashSet<String> {
+    let names = all.flat_map(|found| ["bounds", "climatology", "coordinates"].map(|name| found.text(name)));
+    names.flatten().flat_map(str::split_whitespace).map(str::to_owned).collect()
 }
 
 /// Description of an array by its file.

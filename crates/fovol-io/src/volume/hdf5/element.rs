@@ -33,7 +33,9 @@ impl Element {
                     (8, false) => Dtype::U64,
                     (8, true) => Dtype::I64,
                     _ => {
-                        return Err(format!("integers of {size} bytes, which are not read; save them with 4"));
+                        return Err(format!(
+                            "integers of {size} bytes, which are not read; save them with 4"
+                        ));
                     }
                 };
                 (dtype, byte_order)

@@ -12,7 +12,7 @@ mod spacing;
 mod voxels;
 
 use super::array_axes::{ArrayAxes, likeliest};
-use super::cf::{Attributes, Described, Spaced, unpacked};
+use super::cf::{Attributes, Described, Spaced, auxiliary, unpacked};
 use super::layout::{Layout, placed};
 use super::{Overrides, Source};
 use crate::Result;
@@ -54,7 +54,7 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
         datasets.push((format!("/{}", trimmed(chosen)), dataset));
     }
     let is_netcdf = is_netcdf(&file, &datasets);
-    let candidates: Vec<Candidate<'_>> = datasets
+    let mut candidates: Vec<Candidate<'_>> = datasets
         .iter()
         .map(|(path, dataset)| {
             // NetCDF calls variables of the root by their names alone.
@@ -63,6 +63,10 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
             Candidate::of(&file, name, dataset, &datasets)
         })
         .collect();
+    let auxiliary = auxiliary(candidates.iter().map(|candidate| &candidate.attributes));
+    for candidate in &mut candidates {
+        candidate.is_auxiliary |= auxiliary.contains(candidate.path.rsplit('/').next().unwrap_or_default());
+    }
     let volume = shown(source, &candidates, overrides, &outside)?.volume(&file, overrides, &candidates)?;
     let volume = volume.with_format(if is_netcdf { "NetCDF-4" } else { "HDF5" });
     Ok(match outside.as_slice() {
@@ -76,6 +80,8 @@ struct Candidate<'a> {
     path: &'a str,
     dataset: &'a Dataset,
     attributes: Attributes,
+    /// Whether it holds bounds or coordinates of other datasets.
+    is_auxiliary: bool,
     scales: Vec<Option<Scale<'a>>>,
     element: std::result::Result<Element, String>,
     axes: std::result::Result<ArrayAxes, String>,
@@ -96,12 +102,13 @@ impl<'a> Candidate<'a> {
                 Described { shape: shape(dataset, element), names, first_units }.axes()
             },
         );
-        Self { path, dataset, attributes, scales, element, axes }
+        let is_auxiliary = spacing::is_scale(&attributes);
+        Self { path, dataset, attributes, is_auxiliary, scales, element, axes }
     }
 
     /// Whether the dataset is a volume of its own, rather than coordinates of others.
     fn is_volume(&self) -> bool {
-        self.axes.is_ok() && !spacing::is_scale(&self.attributes)
+        self.axes.is_ok() && !self.is_auxiliary
     }
 
     fn volume(&self, file: &File<'_>, overrides: &Overrides, all: &[Self]) -> Result<Volume> {
@@ -138,6 +145,12 @@ impl<'a> Candidate<'a> {
         let volume = layout.volume(source, bytes, start)?.with_contents(contents);
         let volume = axes.notes.iter().fold(volume, |volume, note| volume.with_note(note.as_str()));
         let volume = with_spacing_notes(volume, spaced.as_ref(), overrides);
+        let volume = match self.attributes.number("realWorldMapping_scale") {
+            Some(scale) if scale != 1.0 => volume.with_note(format!(
+                "its real-world mapping of Voreen (scale {scale}) is not applied; values are shown as they are stored"
+            )),
+            _ => volume,
+        };
         unpacked(source, volume, &self.attributes)
     }
 

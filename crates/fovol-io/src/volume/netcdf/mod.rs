@@ -4,7 +4,7 @@ mod header;
 mod records;
 
 use super::array_axes::{ArrayAxes, likeliest};
-use super::cf::{Coordinate, Described, Spaced, unpacked};
+use super::cf::{Coordinate, Described, Spaced, auxiliary, unpacked};
 use super::hdf5::{unsigned, with_spacing_notes};
 use super::layout::Layout;
 use super::{Overrides, Source};
@@ -21,18 +21,44 @@ use records::Records;
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let damaged = || source.malformed("its NetCDF header is damaged or cut short; copy or download it again");
     let header = Header::parse(source.bytes()).ok_or_else(damaged)?;
-    let is_minc = header.variables.iter().any(|variable| variable.name == "rootvariable");
-    if is_minc {
+    if is_minc(&header) {
         return Err(source
             .unsupported("MINC is not read; convert it to NIfTI, with `mnc2nii IN.mnc OUT.nii` for one"));
     }
     let records = Records::of(source, &header).ok_or_else(damaged)?;
     let file = File { source, header: &header, records };
-    let candidates: Vec<_> = header.variables.iter().map(|variable| file.axes(variable)).collect();
+    let auxiliary = auxiliary(header.variables.iter().map(|variable| &variable.attributes));
+    let candidates: Vec<_> = header
+        .variables
+        .iter()
+        .map(|variable| Candidate {
+            axes: file.axes(variable),
+            is_auxiliary: auxiliary.contains(&variable.name),
+        })
+        .collect();
     file.volume(&candidates, overrides)
 }
 
-type Axes = std::result::Result<ArrayAxes, String>;
+/// Whether the file is of MINC, whose values are scaled slice by slice.
+fn is_minc(header: &Header) -> bool {
+    let has_axis = header.dimensions.iter().any(|dimension| ["xspace", "zspace"].contains(&&*dimension.name));
+    let names = |name: &str| header.variables.iter().any(|variable| variable.name == name);
+    names("rootvariable") || has_axis && names("image")
+}
+
+/// What a variable would be as a volume.
+struct Candidate {
+    axes: std::result::Result<ArrayAxes, String>,
+    /// Whether it holds bounds or coordinates of other variables.
+    is_auxiliary: bool,
+}
+
+impl Candidate {
+    /// The axes of a volume of its own.
+    fn volume(&self) -> Option<&ArrayAxes> {
+        self.axes.as_ref().ok().filter(|_| !self.is_auxiliary)
+    }
+}
 
 /// An open file.
 struct File<'a> {
@@ -43,7 +69,7 @@ struct File<'a> {
 
 impl File<'_> {
     /// The axes of `variable` as a volume.
-    fn axes(&self, variable: &Variable) -> Axes {
+    fn axes(&self, variable: &Variable) -> std::result::Result<ArrayAxes, String> {
         if variable.dtype.is_none() {
             return Err("holds text, no numbers".into());
         }
@@ -54,36 +80,33 @@ impl File<'_> {
     }
 
     /// The index of the variable to show.
-    fn shown(&self, candidates: &[Axes], overrides: &Overrides) -> Result<usize> {
+    fn shown(&self, candidates: &[Candidate], overrides: &Overrides) -> Result<usize> {
         let variables = &self.header.variables;
         if let Some(chosen) = &overrides.array {
             let found = variables.iter().position(|variable| variable.name == chosen.trim_matches('/'));
             return found
                 .ok_or_else(|| Overrides::no_array(self.source, chosen, &self.listed(candidates, None)));
         }
-        likeliest(candidates.iter().map(|axes| axes.as_ref().ok())).ok_or_else(|| {
-            match variables.as_slice() {
-                [] => self.source.unsupported("it holds no variables; is it the right file?"),
-                _ => self
-                    .source
-                    .unsupported("none of its variables is a volume; save one with the axes z, y, x"),
-            }
+        likeliest(candidates.iter().map(Candidate::volume)).ok_or_else(|| match variables.as_slice() {
+            [] => self.source.unsupported("it holds no variables; is it the right file?"),
+            _ => self.source.unsupported("none of its variables is a volume; save one with the axes z, y, x"),
         })
     }
 
     /// Names of all variables that are volumes, and of number `shown`.
-    fn listed(&self, candidates: &[Axes], shown: Option<usize>) -> Vec<String> {
+    fn listed(&self, candidates: &[Candidate], shown: Option<usize>) -> Vec<String> {
         let named = self.header.variables.iter().zip(candidates).enumerate();
-        let named = named.filter(|(index, (_, axes))| axes.is_ok() || shown == Some(*index));
+        let named =
+            named.filter(|(index, (_, candidate))| candidate.volume().is_some() || shown == Some(*index));
         named.map(|(_, (variable, _))| variable.name.clone()).collect()
     }
 
-    fn volume(&self, candidates: &[Axes], overrides: &Overrides) -> Result<Volume> {
+    fn volume(&self, candidates: &[Candidate], overrides: &Overrides) -> Result<Volume> {
         let (source, shown) = (self.source, self.shown(candidates, overrides)?);
         let variable = &self.header.variables[shown];
         let refused =
             |problem: &str| source.unsupported(format!("its variable `{}` {problem}", variable.name));
-        let axes = candidates[shown].as_ref().map_err(|problem| refused(problem))?;
+        let axes = candidates[shown].axes.as_ref().map_err(|problem| refused(problem))?;
         let dtype = variable.dtype.ok_or_else(|| refused("holds text, no numbers"))?;
         let time = overrides.time_of(source, axes.times)?;
         let spaced = self.spaced(variable, axes);
