@@ -72,7 +72,8 @@ impl Coordinate {
             return None;
         }
         let name = &self.name;
-        if self.values.windows(2).any(|pair| !((pair[1] - pair[0] - mean).abs() <= REGULAR * mean.abs())) {
+        let is_regular = |pair: &[f64]| (pair[1] - pair[0] - mean).abs() <= REGULAR * mean.abs();
+        if !self.values.windows(2).all(is_regular) {
             notes.push(format!(
                 "its coordinates `{name}` are not regular; their mean step {} is taken",
                 mean.abs()

@@ -32,6 +32,9 @@ pub fn start(bytes: &[u8]) -> Option<usize> {
     places.find(|&at| bytes[at..].starts_with(MAGIC))
 }
 
+/// A dataset and its path.
+pub type Named = (String, Dataset);
+
 /// An open file.
 pub struct File<'a> {
     /// The bytes.
@@ -96,7 +99,7 @@ impl<'a> File<'a> {
     ///
     /// # Errors
     /// A damaged root group.
-    pub fn datasets(&self) -> Result<(Vec<(String, Dataset)>, Vec<String>)> {
+    pub fn datasets(&self) -> Result<(Vec<Named>, Vec<String>)> {
         let root = self.inner.root_group().map_err(|problem| self.failed(problem))?;
         root.member_names().map_err(|problem| self.failed(problem))?;
         let mut walk = Walk { file: self, seen: HashSet::new(), found: Vec::new(), outside: Vec::new() };
@@ -120,7 +123,7 @@ struct Walk<'a> {
     file: &'a File<'a>,
     /// Addresses of groups: links may go round in circles.
     seen: HashSet<u64>,
-    found: Vec<(String, Dataset)>,
+    found: Vec<Named>,
     outside: Vec<String>,
 }
 

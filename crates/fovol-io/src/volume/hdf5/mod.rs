@@ -17,7 +17,7 @@ use super::layout::{Layout, placed};
 use super::{Overrides, Source};
 use crate::Result;
 use element::{Element, check_bits};
-use file::{File, attributes};
+use file::{File, Named, attributes};
 use fovol_core::{Contents, Dtype, Volume};
 use hdf5_reader::Dataset;
 use spacing::Scale;
@@ -88,7 +88,7 @@ struct Candidate<'a> {
 }
 
 impl<'a> Candidate<'a> {
-    fn of(file: &File<'_>, path: &'a str, dataset: &'a Dataset, all: &'a [(String, Dataset)]) -> Self {
+    fn of(file: &File<'_>, path: &'a str, dataset: &'a Dataset, all: &'a [Named]) -> Self {
         let attributes = attributes(&dataset.attributes());
         let element = Element::of(dataset.dtype());
         let scales = spacing::scales(file, dataset, all);
@@ -198,7 +198,7 @@ fn shape(dataset: &Dataset, element: &Element) -> Vec<usize> {
 }
 
 /// Whether the NetCDF library wrote the file.
-fn is_netcdf(file: &File<'_>, datasets: &[(String, Dataset)]) -> bool {
+fn is_netcdf(file: &File<'_>, datasets: &[Named]) -> bool {
     let root = file.group("/").and_then(|root| root.attributes().ok()).unwrap_or_default();
     root.iter().any(|attribute| attribute.name == "_NCProperties")
         || datasets.iter().any(|(_, dataset)| {

@@ -1,6 +1,6 @@
 //! Spacing of a dataset from its attributes and dimension scales.
 
-use super::file::{File, attributes};
+use super::file::{File, Named, attributes};
 use crate::volume::array_axes::ArrayAxes;
 use crate::volume::cf::{Attribute, Attributes, Coordinate, Spaced};
 use crate::volume::units::symbol;
@@ -82,11 +82,7 @@ impl Scale<'_> {
 }
 
 /// The dimension scale of each axis of `dataset`, found among `all` datasets.
-pub fn scales<'a>(
-    file: &File<'_>,
-    dataset: &Dataset,
-    all: &'a [(String, Dataset)],
-) -> Vec<Option<Scale<'a>>> {
+pub fn scales<'a>(file: &File<'_>, dataset: &Dataset, all: &'a [Named]) -> Vec<Option<Scale<'a>>> {
     let list = dataset.attributes().into_iter().find(|attribute| attribute.name == "DIMENSION_LIST");
     let (Some(list), size) = (list, dataset.vlen_reference_size()) else { return Vec::new() };
     let entries = list.raw_data.chunks_exact(size).take(dataset.ndim());
