@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What outside libraries say about the volume files in the test data, and the table of the comparison.
 
-    pip install nibabel pynrrd vtk tifffile numpy SimpleITK imagecodecs
+    pip install nibabel pynrrd vtk tifffile numpy SimpleITK imagecodecs h5py netCDF4
     python tests/reference/volume_info.py references DATA    # writes tests/reference/volume_info.json
     python tests/reference/volume_info.py table DATA         # runs the comparison, writes docs/formats.md
 
@@ -34,8 +34,6 @@ SHORT = {
 
 # Kinds that are not read, by the end of the name.
 FOREIGN = {
-    ".h5": "HDF5 is of a later group",
-    ".nc": "NetCDF is of a later group",
     ".mnc": "MINC is not read",
     ".mgz": "MGH is not read",
     ".slc": "SLC is not read",
@@ -282,10 +280,39 @@ def dicom(path):
     return entry("pydicom", dims, first, components, [columns, rows, between], slope, intercept)
 
 
+def hdf5(path):
+    import h5py
+
+    with h5py.File(path) as file:
+        datasets = []
+        file.visititems(lambda _, found: datasets.append(found) if isinstance(found, h5py.Dataset) else None)
+        volume = next(dataset for dataset in datasets if dataset.ndim == 3)
+        return entry("h5py", volume.shape[::-1], volume[...], 1, volume.attrs["element_size_um"][::-1])
+
+
+def netcdf(path):
+    import netCDF4
+
+    with netCDF4.Dataset(path) as file:
+        bounds = {getattr(variable, "bounds", None) for variable in file.variables.values()}
+        found = [v for name, v in file.variables.items() if v.ndim > 1 and name not in bounds]
+        if not found:
+            raise NotRead("no volume")
+        variable = max(found, key=lambda variable: (variable.ndim, variable.size))
+        voxels = np.ma.filled(variable[...], np.nan)
+        axes = variable.dimensions
+        if axes[0] == "time":
+            voxels, axes = voxels[0], axes[1:]
+        steps = [abs(float(np.diff(file.variables[name][:]).mean())) for name in axes[::-1]]
+        # An axis of one voxel takes the spacing of x.
+        return entry("netCDF4", padded(voxels.shape[::-1], 1), voxels, 1, padded(steps, steps[0]))
+
+
 BY_ENDING = {
     ".dcm": dicom,
     ".dat": dat, ".ivf": ivf, ".vvd": vvd, ".nrrd": nrrd, ".nhdr": nrrd, ".mha": metaimage, ".mhd": metaimage,
     ".vti": vti, ".vtk": legacy_vtk, ".tif": tiff, ".tiff": tiff, ".nii": nifti, ".hdr": nifti, ".img": nifti,
+    ".h5": hdf5, ".nc": netcdf,
 }  # fmt: skip
 
 

@@ -11,6 +11,8 @@ pub enum Compression {
     Gzip,
     /// A zlib stream without a container.
     Zlib,
+    /// A deflate stream alone, as zip archives have it.
+    Deflate,
     /// bzip2, several streams too.
     Bzip2,
 }
@@ -76,6 +78,7 @@ fn reader(bytes: &[u8], compression: Compression) -> Watchful<Box<dyn Read + '_>
     Watchful(match compression {
         Compression::Gzip => Box::new(flate2::bufread::MultiGzDecoder::new(bytes)),
         Compression::Zlib => Box::new(flate2::bufread::ZlibDecoder::new(bytes)),
+        Compression::Deflate => Box::new(flate2::bufread::DeflateDecoder::new(bytes)),
         Compression::Bzip2 => Box::new(bzip2::bufread::MultiBzDecoder::new(bytes)),
     })
 }

@@ -2,7 +2,11 @@
 
 #[cfg(feature = "dicom")]
 use super::dicom;
-use super::{Overrides, Source, legacy_vtk, metaimage, nifti, nrrd, raw, slice_folder, tiff_stack, vti};
+use super::{
+    Overrides, Source, legacy_vtk, metaimage, nifti, nrrd, numpy, raw, slice_folder, tiff_stack, vti,
+};
+#[cfg(feature = "hdf5")]
+use super::{hdf5, netcdf};
 use crate::{Error, Result};
 use fovol_core::Volume;
 #[cfg(not(feature = "dicom"))]
@@ -127,6 +131,12 @@ fn by_content(bytes: &[u8]) -> Option<Parser> {
         _ if tiff_stack::is_tiff(bytes) => Some(tiff_stack::parse),
         _ if bytes.starts_with(legacy_vtk::MARK) => Some(legacy_vtk::parse),
         _ if vti::is_vti(bytes) => Some(vti::parse),
+        _ if numpy::is_npy(bytes) => Some(numpy::parse),
+        _ if numpy::is_npz(bytes) => Some(numpy::parse_npz),
+        #[cfg(feature = "hdf5")]
+        _ if hdf5::is_hdf5(bytes) => Some(hdf5::parse),
+        #[cfg(feature = "hdf5")]
+        _ if netcdf::is_classic(bytes) => Some(netcdf::parse),
         _ => None,
     }
 }
@@ -141,12 +151,17 @@ fn by_name(name: &str) -> Option<Parser> {
         _ if ends(&[".tif", ".tiff"]) => Some(tiff_stack::parse),
         _ if ends(&[".vti"]) => Some(vti::parse),
         _ if ends(&[".vtk"]) => Some(legacy_vtk::parse),
+        _ if ends(&[".npy"]) => Some(numpy::parse),
+        _ if ends(&[".npz"]) => Some(numpy::parse_npz),
+        #[cfg(feature = "hdf5")]
+        _ if ends(&[".h5", ".hdf5", ".ims", ".nc", ".nc4"]) => Some(hdf5::parse),
         _ => None,
     }
 }
 
-const HDF5: &str =
-    "HDF5 and NetCDF are not read yet; convert one variable to NRRD or raw, with h5py or xarray for one";
+/// Advice for programs that are built without these formats.
+#[cfg(not(feature = "hdf5"))]
+const HDF5: &str = "HDF5 and NetCDF are read only with the cargo feature `hdf5` of fovol-io; build with it, or convert one variable to NRRD or .npy";
 
 const VTK_XML: &str = "only image data is read of VTK's XML files; resample it to .vti, in ParaView for one";
 
@@ -154,6 +169,7 @@ const VTK_XML: &str = "only image data is read of VTK's XML files; resample it t
 fn foreign_content(bytes: &[u8]) -> Option<&'static str> {
     Some(match bytes {
         _ if is_dicom(bytes) => DICOM,
+        #[cfg(not(feature = "hdf5"))]
         [0x89, b'H', b'D', b'F', ..] | [b'C', b'D', b'F', 1 | 2 | 5, ..] => HDF5,
         [b'P', b'V', b'M', ..] | [b'D', b'D', b'S', b' ', b'v', ..] => {
             "PVM is not read; convert it to raw with pvm2raw of the V^3 package"
@@ -174,7 +190,8 @@ fn foreign_name(name: &str) -> Option<&'static str> {
     let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
     Some(match () {
         () if is_dicom_name(name) => DICOM,
-        () if ends(&[".h5", ".hdf5", ".nc"]) => HDF5,
+        #[cfg(not(feature = "hdf5"))]
+        () if ends(&[".h5", ".hdf5", ".ims", ".nc", ".nc4"]) => HDF5,
         () if ends(&[".vtu", ".vtp", ".vts", ".vtr", ".vtm", ".pvd", ".pvti"]) => VTK_XML,
         () if ends(&[".mgz", ".mgh"]) => {
             "MGH is not read; convert it to NIfTI, with `mri_convert IN.mgz OUT.nii.gz` of FreeSurfer for one"
@@ -199,7 +216,7 @@ mod tests {
 
     #[test]
     fn kinds_that_are_not_read_say_what_to_do() {
-        for (name, bytes) in [("b", b"\x89HDF\r\n\x1a\n".to_vec()), ("c.zip", b"PK\x03\x04".to_vec())] {
+        for (name, bytes) in [("b.am", vec![1; 9]), ("c.zip", b"PK\x03\x04".to_vec())] {
             let error = parser_of(&Source::from_bytes(Path::new(name), bytes)).unwrap_err().to_string();
             assert!(error.starts_with(name) && error.contains("; ") && !error.contains('\n'), "{error}");
         }

@@ -1,18 +1,27 @@
 //! Volume files.
 
 mod affine;
+mod array_axes;
+mod array_path;
 mod arrays;
+#[cfg(feature = "hdf5")]
+mod cf;
 mod decompress;
 mod detached;
 #[cfg(feature = "dicom")]
 pub mod dicom;
 mod format;
+#[cfg(feature = "hdf5")]
+mod hdf5;
 mod layout;
 mod legacy_vtk;
 mod metaimage;
+#[cfg(feature = "hdf5")]
+mod netcdf;
 mod nifti;
 mod nrrd;
 mod numbers;
+mod numpy;
 mod overrides;
 mod payload;
 mod raw;
@@ -27,6 +36,7 @@ mod vti;
 mod write;
 
 use crate::Result;
+pub use array_path::split_array;
 pub use detached::Beside;
 use fovol_core::Volume;
 pub use overrides::Overrides;
@@ -35,11 +45,15 @@ use std::path::Path;
 pub use write::{write, write_with};
 
 /// Reads the volume at `path`, a file or a folder of slices. The format is decided by the content where
-/// that is possible, else by the name.
+/// that is possible, else by the name. `FILE:ARRAY` names an array in a file, as [`split_array`] says.
 ///
 /// # Errors
 /// A file that is missing, damaged or of no known kind; one line that says how to mend it.
 pub fn read(path: &Path, overrides: &Overrides) -> Result<Volume> {
+    if let (file, Some(array)) = split_array(path) {
+        let chosen = overrides.with_array(&file, array)?;
+        return parse(&Source::open(&file)?, &chosen);
+    }
     if path.is_dir() {
         let volume = format::read_folder(path, overrides)?;
         return overrides.apply(&Source::from_bytes(path, Vec::new()), volume);

@@ -4,6 +4,7 @@ use super::Source;
 use super::layout::placed;
 use crate::Result;
 use fovol_core::{Dtype, Endian, Grid, Volume};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Properties of a volume that the user sets in place of its file's metadata, and the part to read.
@@ -49,6 +50,20 @@ impl Overrides {
         Ok(volume)
     }
 
+    /// These choices with the array of a name such as `FILE:ARRAY`.
+    ///
+    /// # Errors
+    /// Another array is chosen already.
+    pub(super) fn with_array(&self, file: &Path, array: String) -> Result<Self> {
+        match &self.array {
+            Some(other) if *other != array => Err(crate::Error::malformed(
+                file,
+                format!("its name chooses the array {array}, --array {other}; leave one of them out"),
+            )),
+            _ => Ok(Self { array: Some(array), ..self.clone() }),
+        }
+    }
+
     /// The time point to read of `count`.
     ///
     /// # Errors
@@ -86,7 +101,7 @@ impl Overrides {
     fn chosen(&self, source: &Source, volume: Volume) -> Result<Volume> {
         let contents = volume.contents();
         if let Some(name) = &self.array
-            && !contents.arrays.contains(name)
+            && !contents.arrays.iter().any(|array| array.trim_matches('/') == name.trim_matches('/'))
         {
             return Err(Self::no_array(source, name, &contents.arrays));
         }
@@ -140,7 +155,6 @@ impl AsRef<[u8]> for Bytes {
 mod tests {
     use super::*;
     use crate::volume::parse;
-    use std::path::Path;
 
     fn header() -> Source {
         let text = b"NRRD0004\ntype: uint16\nsizes: 2 2 1\nspacings: 1 2 3\nendian: little\nencoding: raw\n\n\x01\0\x02\0\x03\0\x04\0";

@@ -50,6 +50,12 @@ pub fn targets(folder: &Path) -> Vec<Target> {
             read: readers::folder,
             ..target("dicom_slices", "dicom_slices/s2.dcm", dicom_slices(folder))
         },
+        target("npy", "v.npy", samples(".npy")),
+        target("npz", "v.npz", samples(".npz")),
+        #[cfg(feature = "hdf5")]
+        target("hdf5", "v.h5", samples(".h5")),
+        #[cfg(feature = "hdf5")]
+        target("netcdf", "v.nc", samples(".nc")),
         Target { read: readers::file_name, ..target("name", "v", names()) },
         Target { read: readers::folder, ..target("slices", "slices/s2.png", pictures()) },
         Target { read: readers::transfer_function, ..target("tf", "v.tf", transfer_functions::all()) },
@@ -118,6 +124,16 @@ fn written(ending: &str) -> Vec<Vec<u8>> {
         Ok(_) => vec![std::fs::read(path).expect("it was just written")],
         Err(_) => vec![],
     }
+}
+
+/// Files with this `ending` that other programs wrote.
+fn samples(ending: &str) -> Vec<Vec<u8>> {
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/array_files"));
+    let entries = std::fs::read_dir(folder).expect("the folder is there").flatten();
+    let mut paths: Vec<_> = entries.map(|entry| entry.path()).collect();
+    paths.retain(|path| path.to_string_lossy().ends_with(ending));
+    paths.sort();
+    paths.iter().map(|path| std::fs::read(path).expect("the file is there")).collect()
 }
 
 fn gzip(bytes: &[u8]) -> Vec<u8> {

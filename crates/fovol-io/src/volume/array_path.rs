@@ -1,0 +1,57 @@
+//! Names such as `FILE.h5:/path/to/dataset`: a file and an array in it.
+
+use std::path::{Path, PathBuf};
+
+/// Splits `FILE:ARRAY` into the file and the name of the array. A path that exists, or of which no part before a colon
+/// is a file, is left whole.
+///
+/// The colon after a drive letter never splits, and neither do colons in names of folders.
+pub fn split_array(path: &Path) -> (PathBuf, Option<String>) {
+    let whole = || (path.to_owned(), None);
+    let Some(text) = path.to_str().filter(|text| text.contains(':') && !path.exists()) else {
+        return whole();
+    };
+    let colons = text.match_indices(':').map(|(at, _)| at);
+    let mut splits = colons.filter(|&at| !is_drive(text, at)).map(|at| (&text[..at], &text[at + 1..]));
+    match splits.find(|(file, array)| !array.is_empty() && Path::new(file).is_file()) {
+        Some((file, array)) => (file.into(), Some(array.to_owned())),
+        None => whole(),
+    }
+}
+
+/// Whether the colon at `at` follows the letter of a drive.
+fn is_drive(text: &str, at: usize) -> bool {
+    at == 1
+        && text.as_bytes()[0].is_ascii_alphabetic()
+        && matches!(text.as_bytes().get(2), Some(b'\\' | b'/'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_are_split_from_files_that_exist() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for name in ["a.h5", "b:c.h5", "b"] {
+            std::fs::write(at(name), "x").unwrap();
+        }
+        for (name, file, array) in [
+            ("a.h5:/g/d", "a.h5", Some("/g/d")),
+            ("a.h5:d:e", "a.h5", Some("d:e")),
+            ("b:c.h5", "b:c.h5", None),
+            ("gone.h5:/d", "gone.h5:/d", None),
+            ("a.h5", "a.h5", None),
+            ("a.h5:", "a.h5:", None),
+        ] {
+            assert_eq!(split_array(&at(name)), (at(file), array.map(str::to_owned)), "{name}");
+        }
+    }
+
+    #[test]
+    fn drives_are_no_files() {
+        assert!(is_drive(r"C:\data.h5:/d", 1) && is_drive("c:/x", 1));
+        assert!(!is_drive("c:x", 1) && !is_drive(r"C:\data.h5:/d", 10));
+    }
+}

@@ -1,0 +1,170 @@
+//! The members of a zip archive, stored or deflated, with zip64:
+//! <https://pkware.cachefly.net/webdocs/casestudies/APPNOTE.TXT>.
+
+use crate::Result;
+use crate::volume::Source;
+use crate::volume::decompress::{Compression, beginning, decompress};
+use flate2::Crc;
+use fovol_core::VoxelBytes;
+use std::sync::Arc;
+
+/// One file in an archive.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Member {
+    /// Its name in the archive.
+    pub name: String,
+    method: u16,
+    is_encrypted: bool,
+    checksum: u32,
+    packed: usize,
+    length: usize,
+    /// Position of its local header.
+    header: usize,
+}
+
+/// The end of the archive is looked for in so many last bytes: a comment may follow it.
+const LONGEST_END: usize = 22 + 0xFFFF;
+
+/// The members of the archive `source`, in the order of its directory.
+///
+/// # Errors
+/// A damaged or missing directory.
+pub fn members(source: &Source) -> Result<Vec<Member>> {
+    directory(source.bytes()).ok_or_else(|| {
+        source.malformed(
+            "the directory at the end of the archive is damaged or missing; copy or download it again",
+        )
+    })
+}
+
+/// All members; none where the directory is damaged.
+fn directory(bytes: &[u8]) -> Option<Vec<Member>> {
+    let from = bytes.len().saturating_sub(LONGEST_END);
+    let end =
+        (from..bytes.len().checked_sub(21)?).rev().find(|&at| bytes[at..].starts_with(b"PK\x05\x06"))?;
+    let (mut count, mut at) = (u64::from(u16_at(bytes, end + 10)?), u64::from(u32_at(bytes, end + 16)?));
+    // A zip64 record stands before its locator, which stands before this end.
+    if let Some(locator) = end.checked_sub(20)
+        && bytes[locator..].starts_with(b"PK\x06\x07")
+    {
+        let record = usize::try_from(u64_at(bytes, locator + 8)?).ok()?;
+        if bytes.get(record..)?.starts_with(b"PK\x06\x06") {
+            (count, at) = (u64_at(bytes, record.checked_add(32)?)?, u64_at(bytes, record.checked_add(48)?)?);
+        }
+    }
+    let mut at = usize::try_from(at).ok()?;
+    let mut members = Vec::new();
+    for _ in 0..count {
+        let (member, length) = Member::parse(bytes.get(at..)?)?;
+        members.push(member);
+        at += length;
+    }
+    Some(members)
+}
+
+impl Member {
+    /// The member whose directory entry begins `entry`, and the length of that entry.
+    fn parse(entry: &[u8]) -> Option<(Self, usize)> {
+        if !entry.starts_with(b"PK\x01\x02") {
+            return None;
+        }
+        let [name, extra, comment] = [28, 30, 32].map(|at| u16_at(entry, at).map(usize::from));
+        let (name, extra) = (46..46 + name?, 46 + name?..46 + name? + extra?);
+        let end = extra.end + comment?;
+        let mut wide = wide_numbers(entry.get(extra)?);
+        let mut number = |at| {
+            let narrow = u32_at(entry, at)?;
+            let number = if narrow == u32::MAX { wide.next()? } else { u64::from(narrow) };
+            usize::try_from(number).ok()
+        };
+        let (length, packed, header) = (number(24)?, number(20)?, number(42)?);
+        let member = Self {
+            name: String::from_utf8_lossy(entry.get(name)?).into_owned(),
+            method: u16_at(entry, 10)?,
+            is_encrypted: u16_at(entry, 8)? & 1 == 1,
+            checksum: u32_at(entry, 16)?,
+            packed,
+            length,
+            header,
+        };
+        Some((member, end))
+    }
+
+    /// The first `count` bytes at most, for a look at its header.
+    ///
+    /// # Errors
+    /// Those of [`Self::bytes`].
+    pub fn beginning(&self, source: &Source, count: usize) -> Result<Vec<u8>> {
+        let (data, _) = self.data(source)?;
+        Ok(match self.method {
+            0 => data[..data.len().min(count)].to_vec(),
+            _ => beginning(data, Compression::Deflate, count.min(self.length)),
+        })
+    }
+
+    /// Bytes that hold the member, and where it begins. Stored ones stay mapped.
+    ///
+    /// # Errors
+    /// Encryption, compressions other than deflate, damaged data.
+    pub fn bytes(&self, source: &Source) -> Result<(VoxelBytes, usize)> {
+        let (data, start) = self.data(source)?;
+        if self.method == 0 {
+            return Ok((source.shared(), start));
+        }
+        let unpacked = decompress(source, data, Compression::Deflate, self.length)?;
+        let mut crc = Crc::new();
+        crc.update(&unpacked);
+        if crc.sum() != self.checksum {
+            return Err(source.malformed(format!(
+                "`{}` in it does not have its checksum; copy or download the file again",
+                self.name
+            )));
+        }
+        Ok((Arc::new(unpacked), 0))
+    }
+
+    /// Packed bytes of the member, and where they begin in the archive.
+    fn data<'a>(&self, source: &'a Source) -> Result<(&'a [u8], usize)> {
+        if self.is_encrypted || !matches!(self.method, 0 | 8) {
+            return Err(source.unsupported(format!(
+                "`{}` in it is encrypted or packed by a method that is not read; save it with numpy.savez",
+                self.name
+            )));
+        }
+        let bytes = source.bytes();
+        let local = bytes.get(self.header..).filter(|local| local.starts_with(b"PK\x03\x04"));
+        let start = local.and_then(|local| {
+            let [name, extra] = [26, 28].map(|at| u16_at(local, at).map(usize::from));
+            Some(self.header + 30 + name? + extra?)
+        });
+        let data = start.and_then(|start| Some((bytes.get(start..start.checked_add(self.packed)?)?, start)));
+        data.ok_or_else(|| {
+            source.malformed(format!("`{}` in it is cut short; copy or download the file again", self.name))
+        })
+    }
+}
+
+/// The 64-bit numbers of a zip64 field in the `extra` fields of an entry.
+fn wide_numbers(mut extra: &[u8]) -> impl Iterator<Item = u64> + use<'_> {
+    let mut field: &[u8] = &[];
+    while let (Some(id), Some(length)) = (u16_at(extra, 0), u16_at(extra, 2)) {
+        let Some(content) = extra.get(4..4 + usize::from(length)) else { break };
+        if id == 1 {
+            field = content;
+        }
+        extra = &extra[4 + usize::from(length)..];
+    }
+    field.as_chunks().0.iter().map(|number| u64::from_le_bytes(*number))
+}
+
+fn u16_at(bytes: &[u8], at: usize) -> Option<u16> {
+    bytes.get(at..)?.first_chunk().map(|number| u16::from_le_bytes(*number))
+}
+
+fn u32_at(bytes: &[u8], at: usize) -> Option<u32> {
+    bytes.get(at..)?.first_chunk().map(|number| u32::from_le_bytes(*number))
+}
+
+fn u64_at(bytes: &[u8], at: usize) -> Option<u64> {
+    bytes.get(at..)?.first_chunk().map(|number| u64::from_le_bytes(*number))
+}
