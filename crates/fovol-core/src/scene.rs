@@ -1,4 +1,4 @@
-use crate::{ClipBox, Light, Result, TransferFunction, Volume};
+use crate::{ClipBox, Light, RayMode, Result, TransferFunction, Volume};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -99,6 +99,8 @@ pub struct Scene {
     pub step: f64,
     /// Numerical integration along rays.
     pub integration: Integration,
+    /// What pixels show of the values along their rays.
+    pub mode: RayMode,
 }
 
 /// Most samples of a ray, at a step of one, per voxel along the three sides of the volume.
@@ -116,6 +118,7 @@ impl Scene {
             background: [0.0; 3],
             step: 0.5,
             integration: Integration::Plain,
+            mode: RayMode::Composite,
         }
     }
 
@@ -144,7 +147,7 @@ impl Scene {
     /// Checks that the parameters are valid.
     ///
     /// # Errors
-    /// An ambient or background outside [0, 1], a step outside [0.01, 100].
+    /// An ambient, background or isosurface outside [0, 1], a step outside [0.01, 100].
     pub fn check(&self) -> Result<()> {
         let unit = |x: f64| (0.0..=1.0).contains(&x);
         crate::checked(
@@ -162,6 +165,10 @@ impl Scene {
             "a number of voxels between 0.01 and 100",
             (0.01..=100.0).contains(&self.step),
         )?;
+        if let RayMode::Isosurface(value) = self.mode {
+            let value = f64::from(value);
+            crate::checked("isosurface", value, "a display value between 0 and 1", unit(value))?;
+        }
         Ok(())
     }
 }

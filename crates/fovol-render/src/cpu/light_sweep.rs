@@ -17,6 +17,8 @@ pub struct LightSweep<'a> {
     pub slices: LightSlices,
     /// Lowest and highest corner of the part that casts shadows, in voxel-centre coordinates.
     pub clip: [[f32; 3]; 2],
+    /// Planes that cut that part: weights of coordinates and a constant, whose sum is 0 or more inside.
+    pub planes: &'a [[f32; 4]],
     /// Transmittance from slice to slice for every entry of the transfer table; NaN last.
     pub transmittance: &'a [f32],
     /// Transmittance of the first stretch of a shadow ray, likewise.
@@ -203,7 +205,12 @@ impl LightSweep<'_> {
                 self.clip[0][axis] <= at && at <= self.clip[1][axis]
             };
             let [low, high] = self.clip.map(|corner| corner[along] - at[along] - way[along]);
-            let columns = low.ceil().max(0.0)..(high.floor() + 1.0).min(count as f32);
+            let mut columns = low.ceil().max(0.0)..(high.floor() + 1.0).min(count as f32);
+            for plane in self.planes {
+                let first: f32 =
+                    plane[3] + (0..3).map(|axis| plane[axis] * (at[axis] + way[axis])).sum::<f32>();
+                columns = beyond(columns, first, plane[along]);
+            }
             if inside(deep) && inside(down) { columns } else { 0.0..0.0 }
         });
         self.simd.in_vectors(Crossed {
@@ -312,6 +319,20 @@ impl Crossed<'_> {
     }
 }
 
+/// The part of `columns` in which `first` + `step`·column is 0 or more.
+fn beyond(columns: Range<f32>, first: f32, step: f32) -> Range<f32> {
+    let crossing = -first / step;
+    if step > 0.0 {
+        columns.start.max(crossing.ceil())..columns.end
+    } else if step < 0.0 {
+        columns.start..columns.end.min(crossing.floor() + 1.0)
+    } else if first < 0.0 {
+        0.0..0.0
+    } else {
+        columns
+    }
+}
+
 /// Whether each of `numbers` lies in `range`.
 #[inline(always)]
 fn is_in<V: SimdF32>(numbers: V, range: &Range<f32>) -> V::Mask {
@@ -361,7 +382,7 @@ impl SimdOp for Mixed<'_> {
 mod tests {
     use super::*;
     use crate::scene::{FIRST_STRETCH, LightPath};
-    use fovol_core::{ClipBox, Grid, Light, Volume};
+    use fovol_core::{ClipBox, ClipPlane, ClipPlanes, Grid, Light, Volume};
     use proptest::prelude::*;
 
     /// Transmittances whose logarithms are 0 to −0.5, for 5 entries and NaN.
@@ -389,7 +410,11 @@ mod tests {
             p
         };
         let entry = |p: [f32; 3]| sweep.bricks.sample(p) * 4.0;
-        let is_inside = |p: [f32; 3]| (0..3).all(|a| sweep.clip[0][a] <= p[a] && p[a] <= sweep.clip[1][a]);
+        let is_inside = |p: [f32; 3]| {
+            let is_kept = |plane: &[f32; 4]| plane[3] + (0..3).map(|a| plane[a] * p[a]).sum::<f32>() >= 0.0;
+            (0..3).all(|a| sweep.clip[0][a] <= p[a] && p[a] <= sweep.clip[1][a])
+                && sweep.planes.iter().all(is_kept)
+        };
         let table = |table: &[f32], entry: f32| table[(entry + 0.5) as usize];
         let is_near = |p: [f32; 3]| {
             let size = sweep.slices.size();
@@ -418,6 +443,7 @@ mod tests {
         fn light_is_that_of_single_columns(
             dims in prop::array::uniform3(2usize..23), light in prop::array::uniform3(-1.0f64..1.0), seed in 0u64..99,
             low in prop::array::uniform3(0.0f64..0.3), high in prop::array::uniform3(0.6f64..1.0),
+            normal in prop::array::uniform3(-1.0f64..1.0),
         ) {
             prop_assume!(light.iter().any(|x| x.abs() > 0.1));
             let (grid, bricks) = volume(dims, seed);
@@ -425,11 +451,15 @@ mod tests {
             let clip = ClipBox::new(corner(low).into(), corner(high).into(), &grid).unwrap();
             let path = LightPath::new(&Light::towards(light.into()).unwrap(), &grid, &clip, 0.5);
             let slices = LightSlices::new(dims, &path);
+            let plane = ClipPlane { normal: normal.into(), distance: -0.1037 };
+            let planes: Vec<[f32; 4]> =
+                ClipPlanes::new(&[plane]).unwrap().in_voxels(&grid).map(|plane| plane.map(|w| w as f32)).collect();
             let near: Vec<f32> = ENTRIES.iter().map(|t| t.powf(FIRST_STRETCH as f32)).collect();
             let sweep = |simd| LightSweep {
                 bricks: &bricks,
                 slices,
                 clip: clip.in_voxels(),
+                planes: &planes,
                 transmittance: &ENTRIES,
                 near_transmittance: &near,
                 first_sample: path.delta.map(|delta| slices.near() * slices.steps as f32 * delta),

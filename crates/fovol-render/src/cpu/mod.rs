@@ -19,6 +19,7 @@ mod light_sweep;
 pub mod march;
 mod march_order;
 mod mask;
+mod modes;
 mod other_shadows;
 mod packet;
 mod prepared;

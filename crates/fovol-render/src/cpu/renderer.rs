@@ -7,6 +7,8 @@ use super::kernel::{Kernel, Lighting, Scratch};
 use super::light_columns::LightColumns;
 use super::march::{March, SampleCount};
 use super::march_order::MarchOrder;
+use super::modes::{IsosurfaceKernel, Projection, ProjectionKernel};
+use super::packet::Packet;
 use super::prepared::{OtherSteps, Prepared};
 use super::shadow_grid::ShadowGrid;
 use super::simd::best_simd;
@@ -15,8 +17,8 @@ use super::tile_order::{TILE, TILE_ORDER};
 use crate::scene::{BrickData, BrickLayout, Bricks, LightPath, Macrocells, RayResult, SWEEP_STEP, Segments};
 use fovol_core::memory::{Estimate, Shortage};
 use fovol_core::{
-    Camera, ClipBox, Frame, FrameSize, Grid, Pixel, RayBasis, Region, SampleList, SampleMask, Scene, Shading,
-    ShadowMode, SurfaceShading, TransferFunction, Volume, stop,
+    Camera, ClipBox, Frame, FrameSize, Grid, Pixel, RayBasis, RayMode, Region, SampleList, SampleMask, Scene,
+    Shading, ShadowMode, SurfaceShading, TransferFunction, Volume, stop,
 };
 use fovol_simd::Simd;
 use rayon::prelude::*;
@@ -48,6 +50,7 @@ pub struct Renderer {
     bricks: Bricks,
     cells: Macrocells,
     transfer: TransferFunction,
+    mode: RayMode,
     shading: Shading,
     background: [f64; 3],
     /// Tables and light columns for the step of the scene.
@@ -101,7 +104,7 @@ impl Renderer {
         options: RenderOptions,
     ) -> Result<Self, Shortage> {
         let mut cells = Macrocells::new(&bricks)?;
-        cells.classify(&scene.transfer_function);
+        cells.classify(&scene.transfer_function, scene.mode);
         let simd = if addressable(&bricks) { options.simd } else { Simd::Scalar };
         let mut renderer = Self {
             grid: *volume.grid(),
@@ -109,6 +112,7 @@ impl Renderer {
             bricks,
             cells,
             transfer: scene.transfer_function.clone(),
+            mode: scene.mode,
             shading: scene.shading,
             background: scene.background,
             prepared: Prepared::new(&scene.transfer_function, scene.marching_step(), scene.integration),
@@ -145,9 +149,12 @@ impl Renderer {
         }
         (self.shading, self.background, self.clip) = (scene.shading, scene.background, clip);
         let recoloured = self.transfer != scene.transfer_function;
-        if recoloured {
+        if recoloured || self.mode != scene.mode {
             self.transfer = scene.transfer_function.clone();
-            self.cells.classify(&self.transfer);
+            self.mode = scene.mode;
+            self.cells.classify(&self.transfer, self.mode);
+            self.prepared.forget_light();
+            self.others.forget_light();
         }
         if recoloured {
             self.prepared = Prepared::new(&self.transfer, scene.marching_step(), scene.integration);
@@ -158,7 +165,7 @@ impl Renderer {
             self.others.clear();
         }
         self.take_step(scene.marching_step());
-        if self.shading.shadows == ShadowMode::Cached {
+        if self.shadows() == ShadowMode::Cached {
             self.make_shadow_grid()?;
         }
         Ok(())
@@ -177,7 +184,7 @@ impl Renderer {
 
     /// How long the cached shadows of this scene took to make; nothing where it has none.
     pub fn shadow_grid_time(&self) -> Duration {
-        match (self.shading.shadows, &self.shadow_grid) {
+        match (self.shadows(), &self.shadow_grid) {
             (ShadowMode::Cached, Some(grid)) => grid.took,
             _ => Duration::ZERO,
         }
@@ -217,7 +224,7 @@ impl Renderer {
 
     /// Makes what the shadows of the scene need, unless it exists. What other shadows need stays: a viewer goes back and forth.
     pub(super) fn prepare_shadows(&mut self) -> Result<(), Shortage> {
-        match self.shading.shadows {
+        match self.shadows() {
             ShadowMode::Cached => self.make_shadow_grid()?,
             ShadowMode::On => self.make_light_columns(),
             ShadowMode::Off => {}
@@ -230,15 +237,21 @@ impl Renderer {
             let Self { grid, bricks, clip, transfer, shading, prepared, .. } = &*self;
             let colours = (transfer, &prepared.table);
             let path = LightPath::new(&shading.light, grid, clip, SWEEP_STEP);
-            self.shadow_grid = Some(ShadowGrid::new(bricks, clip, &path, colours, self.options.simd)?);
+            self.shadow_grid =
+                Some(ShadowGrid::new(bricks, (grid, clip), &path, colours, self.options.simd)?);
         }
         Ok(())
+    }
+
+    /// The shadows of composited pictures; other modes need nothing of what these prepare.
+    fn shadows(&self) -> ShadowMode {
+        if self.mode == RayMode::Composite { self.shading.shadows } else { ShadowMode::Off }
     }
 
     /// Prepares for `rays` rays of this scene, which come next. Light columns make shadow rays quicker; where light moves and frames
     /// are small, making them takes longer than they save.
     pub fn expect_rays(&mut self, rays: usize) {
-        if self.shading.shadows == ShadowMode::On {
+        if self.shadows() == ShadowMode::On {
             self.prepared.rays = self.prepared.rays.saturating_add(rays);
             if self.prepared.rays >= PAYS {
                 self.make_light_columns();
@@ -284,6 +297,7 @@ impl Renderer {
             grid: &self.grid,
             clip: self.clip,
             transfer: &self.transfer,
+            mode: self.mode,
             shading: &self.shading,
             shadow_grid: self
                 .shadow_grid
@@ -407,6 +421,7 @@ impl Renderer {
                 march.few = few.map(|few| (few.per_pixel, few.offset(*p)));
                 let ray = rays.ray(p.x.into(), p.y.into());
                 match &self.prepared.extinction {
+                    _ if self.mode != RayMode::Composite => march.mode_ray(&ray, &mut count),
                     None => march.ray(&ray, &mut count),
                     Some(table) => march.fine_ray(table, &ray, &mut count),
                 }
@@ -434,6 +449,16 @@ impl Renderer {
         out: &mut Vec<RayResult>,
     ) -> SampleCount {
         let (kernel, simd) = (self.kernel(field, few), self.options.simd);
+        if let Some(projection) = Projection::of(self.mode) {
+            let kernel = &ProjectionKernel { kernel, transfer: &self.transfer, projection };
+            let scratch = &mut scratch.packet;
+            return T::in_vectors(simd, InVectors { kernel, rays, pixels, scratch, out });
+        }
+        if let RayMode::Isosurface(iso) = self.mode {
+            let kernel = &IsosurfaceKernel { kernel, march: self.specification(), iso };
+            let scratch = &mut scratch.packet;
+            return T::in_vectors(simd, InVectors { kernel, rays, pixels, scratch, out });
+        }
         match &self.prepared.extinction {
             None => {
                 let scratch = &mut scratch.plain;
@@ -492,6 +517,7 @@ fn samples_of<T>(tiles: &[Tile<T>]) -> SampleCount {
 /// Memory that marching uses again and again.
 #[derive(Default)]
 struct Memory {
+    packet: Packet,
     plain: Scratch,
     fine: FineScratch,
 }

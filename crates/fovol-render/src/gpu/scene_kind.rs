@@ -1,5 +1,5 @@
 use super::volume_texture::TexelKind;
-use fovol_core::Integration;
+use fovol_core::{Integration, RayMode};
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group_layout};
 
@@ -16,6 +16,30 @@ pub struct SceneKind {
     pub columns: bool,
     /// How rays integrate.
     pub integration: Integration,
+    /// What pixels show.
+    pub mode: ModeKind,
+}
+
+/// What pixels show of the values along their rays, as in shaders/modes.wgsl.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ModeKind {
+    Composite,
+    Mip,
+    Minip,
+    Average,
+    Isosurface,
+}
+
+impl From<RayMode> for ModeKind {
+    fn from(mode: RayMode) -> Self {
+        match mode {
+            RayMode::Composite => Self::Composite,
+            RayMode::Mip => Self::Mip,
+            RayMode::Minip => Self::Minip,
+            RayMode::Average => Self::Average,
+            RayMode::Isosurface(_) => Self::Isosurface,
+        }
+    }
 }
 
 impl SceneKind {

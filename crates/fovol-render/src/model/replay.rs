@@ -36,7 +36,7 @@ impl Replay {
         scene.check()?;
         let bricks = Bricks::of_volume(&scene.volume)?;
         let mut cells = Macrocells::new(&bricks)?;
-        cells.classify(&scene.transfer_function);
+        cells.classify(&scene.transfer_function, scene.mode);
         let (grid, clip, step) = (*scene.volume.grid(), scene.clip_box(), scene.marching_step());
         let table = TransferTable::new(&scene.transfer_function, step);
         Ok(Self {

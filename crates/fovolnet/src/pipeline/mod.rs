@@ -217,11 +217,12 @@ impl Pipeline {
         march: impl FnOnce(&mut dyn Marcher, &Camera) -> Result<Vec<RayResult>> + Send,
         camera: &Camera,
     ) -> Result<Vec<RayResult>> {
-        let camera = self.in_box(camera);
+        let whole = self.world.camera(camera);
+        let camera = self.cropped.camera(&whole);
         let marcher = &mut *self.marcher;
         let mut marched = self.threads.install(|| march(marcher, &camera))?;
         for pixel in &mut marched {
-            pixel.depth = self.cropped.distance(pixel.depth);
+            pixel.depth = self.cropped.distance(pixel.depth, &whole);
         }
         Ok(marched)
     }
