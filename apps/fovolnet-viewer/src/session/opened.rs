@@ -216,7 +216,9 @@ impl Opened {
     pub fn camera(&self) -> Camera {
         let free = self.document.settings().camera;
         let free = free.map(|camera| camera.camera()).filter(|camera| camera.check().is_ok());
-        free.unwrap_or_else(|| self.path().camera(self.frame()))
+        let camera = free.unwrap_or_else(|| self.path().camera(self.frame()));
+        let projection = self.document.settings().projection.unwrap_or_default();
+        Camera { projection, ..camera }
     }
 
     /// Sets a free camera.

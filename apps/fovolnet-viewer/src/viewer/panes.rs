@@ -86,10 +86,14 @@ impl Viewer {
         section("View").show(ui, |ui| {
             let has_placement = opened.volume.volume.placement().is_some();
             panels::standing(ui, opened.document.settings_mut(), has_placement);
+            panels::projection(ui, opened.document.settings_mut());
+            panels::mode(ui, opened.document.settings_mut(), opened.volume.volume.range());
         });
         section("Light").show(ui, |ui| panels::scene(ui, opened.document.settings_mut()));
         CollapsingHeader::new("Clipping").show(ui, |ui| {
             panels::cropping(ui, opened.document.settings_mut(), opened.volume.volume.grid().dims());
+            let camera = opened.camera();
+            panels::planes(ui, opened.document.settings_mut(), &camera);
         });
         let shown = self.picture.as_ref().map(|picture| &picture.shown);
         section("Frames").show(ui, |ui| {

@@ -16,7 +16,7 @@ mod timings;
 mod transparent;
 mod view;
 
-use crate::volume::orientation_notes;
+use crate::volume::{isosurface_note, orientation_notes};
 use crate::{
     Choice, CroppedVolume, Error, Guide, Machine, OpenDevice, OpenVolume, RenderSettings, Result, Sampling,
     SpeedSettings, WorldBox, scene,
@@ -86,6 +86,7 @@ impl Pipeline {
         estimate::fits_into_memory(&device, &scene, settings)?;
         let (marcher, mut notes) = threads.install(|| open_marcher(&device, &scene, settings, speed))?;
         notes.extend(orientation_notes(&volume.volume, settings)?);
+        notes.extend(isosurface_note(&volume.volume, settings));
         check_marcher(&*marcher, settings)?;
         let reconstruction = marcher.host_reconstruction(settings)?;
         let machine =
@@ -256,8 +257,9 @@ impl Pipeline {
     /// Errors of [`Self::change`].
     pub fn change_scene(&mut self, settings: &RenderSettings) -> Result<bool> {
         let of = |settings: &RenderSettings| {
-            let RenderSettings { light, transfer_function, transfer_range, scale, nan, crop, .. } = settings;
-            (*light, transfer_function.clone(), *transfer_range, *scale, *nan, *crop)
+            let RenderSettings { light, transfer_function, transfer_range, scale, nan, .. } = settings;
+            let values = (transfer_function.clone(), *transfer_range, *scale, *nan);
+            (*light, values, settings.crop, settings.planes, settings.mode, settings.iso)
         };
         let changed = of(&self.settings) != of(settings);
         self.change(settings)?;

@@ -6,6 +6,7 @@ mod chosen;
 mod notes;
 
 pub use automatic::automatic;
+pub(crate) use automatic::otsu;
 pub(crate) use catalogue::is_name;
 pub use catalogue::{Kind, kinds, names, text};
 pub use chosen::{chosen, find};

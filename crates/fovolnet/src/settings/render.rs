@@ -1,9 +1,11 @@
 use super::{
-    CameraChoice, Choice, CropBox, Density, Guide, NamedView, NanColour, Orientation, Reconstruction,
+    CameraChoice, Choice, CropBox, Density, Guide, Mode, NamedView, NanColour, Orientation, Reconstruction,
     Sampling, ShadowRays, TransferChoice, TransferRange, ValueScale, WeightsChoice,
 };
 use crate::{Error, Result};
-use fovol_core::{Fovea, FrameSize, GazePath, Integration, Light, ShadowMode, SurfaceShading};
+use fovol_core::{
+    ClipPlanes, Fovea, FrameSize, GazePath, Integration, Light, Projection, ShadowMode, SurfaceShading,
+};
 use fovol_net::cpu::Precision;
 use fovol_net::plan::Named;
 use fovol_render::noise::NoiseKind;
@@ -44,6 +46,12 @@ pub struct RenderSettings {
     pub view: Option<NamedView>,
     /// Orientation of the volume in world space; `None` for patient orientation where the file declares it, else grid.
     pub orientation: Option<Orientation>,
+    /// How the camera projects.
+    pub projection: Projection,
+    /// What pixels show of the values along their rays.
+    pub mode: Mode,
+    /// Data value of an isosurface; `None` for one between the two main groups of values.
+    pub iso: Option<f64>,
     /// Transfer function.
     pub transfer_function: TransferChoice,
     /// Place of a transfer function in data values; `None` for what its file says.
@@ -54,6 +62,8 @@ pub struct RenderSettings {
     pub nan: NanColour,
     /// Part of the volume that is shown; `None` for all of it.
     pub crop: Option<CropBox>,
+    /// Planes that cut away more of it, in world space.
+    pub planes: ClipPlanes,
     /// Light, in world space.
     pub light: Light,
     /// Shadow computation.
@@ -109,11 +119,15 @@ impl Default for RenderSettings {
             turn: 360.0,
             view: None,
             orientation: None,
+            projection: Projection::Perspective,
+            mode: Mode::Composite,
+            iso: None,
             transfer_function: TransferChoice::Auto,
             transfer_range: None,
             scale: ValueScale::Linear,
             nan: NanColour::Transparent,
             crop: None,
+            planes: ClipPlanes::default(),
             light: Light::default(),
             shadows: ShadowMode::On,
             shadow_rays: ShadowRays::Exact,

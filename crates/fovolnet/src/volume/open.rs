@@ -173,7 +173,7 @@ fn made(kind: Procedural, settings: &VolumeSettings) -> Result<Volume> {
     /// Voxels along each side by default.
     const PROCEDURAL_SIDE: usize = 128;
     let mut volume = procedural::make(kind, settings.dims.unwrap_or([PROCEDURAL_SIDE; 3]), 0)?;
-    if let Some(range) = settings.range {
+    if let Some(range) = settings.shown_range() {
         volume = volume.with_range(range)?;
     }
     if let Some(spacing) = settings.spacing {
