@@ -1,4 +1,4 @@
-use crate::{ClipBox, Light, RayMode, Result, TransferFunction, Volume};
+use crate::{ClipBox, Interpolation, Light, RayMode, Result, TransferFunction, Volume};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -99,6 +99,8 @@ pub struct Scene {
     pub step: f64,
     /// Numerical integration along rays.
     pub integration: Integration,
+    /// How values between voxels are found.
+    pub interpolation: Interpolation,
     /// What pixels show of the values along their rays.
     pub mode: RayMode,
 }
@@ -118,6 +120,7 @@ impl Scene {
             background: [0.0; 3],
             step: 0.5,
             integration: Integration::Plain,
+            interpolation: Interpolation::Linear,
             mode: RayMode::Composite,
         }
     }
@@ -125,6 +128,15 @@ impl Scene {
     /// Crop box, or the box of the whole volume.
     pub fn clip_box(&self) -> ClipBox {
         self.clip.unwrap_or_else(|| ClipBox::whole(self.volume.grid()))
+    }
+
+    /// Effective integration along rays. Between neighbouring voxels of labels there are no values to integrate over, so the
+    /// nearest voxels are always point samples.
+    pub fn marching_integration(&self) -> Integration {
+        match self.interpolation {
+            Interpolation::Linear => self.integration,
+            Interpolation::Nearest => Integration::Plain,
+        }
     }
 
     /// Effective step along rays, in voxels of the smallest spacing.

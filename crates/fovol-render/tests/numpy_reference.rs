@@ -3,8 +3,8 @@
 
 use flate2::read::GzDecoder;
 use fovol_core::{
-    Camera, CameraPath, ClipBox, ClipPlane, ClipPlanes, ControlPoint, FrameSize, Grid, Light, RayMode, Scene,
-    Shading, ShadowMode, SurfaceShading, TransferFunction, Volume,
+    Camera, CameraPath, ClipBox, ClipPlane, ClipPlanes, ControlPoint, FrameSize, Grid, Interpolation, Light,
+    RayMode, Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume,
 };
 use fovol_render::cpu::{RenderOptions, Renderer, available_simd};
 use serde::Deserialize;
@@ -48,6 +48,8 @@ struct PictureCase {
     gradient: bool,
     step: f64,
     mode: Option<String>,
+    #[serde(default)]
+    interpolation: Interpolation,
     /// The data value of the isosurface.
     iso: Option<f64>,
     /// Planes that clip: a normal and a distance.
@@ -103,6 +105,7 @@ impl PictureCase {
             },
             background: self.background,
             step: self.step,
+            interpolation: self.interpolation,
             mode: self.mode(volume),
             clip: Some(ClipBox::whole(volume.grid()).with_planes(ClipPlanes::new(&planes).unwrap())),
             ..Scene::new(volume.clone(), TransferFunction::new(points).unwrap())

@@ -20,6 +20,7 @@ endian; `picture_*.gz` are u16 little endian RGB rows from the top, round(LEVELS
 """
 
 import argparse
+import copy
 import gzip
 import json
 import sys
@@ -43,6 +44,8 @@ DTYPES = {"u8": np.dtype("u1"), "i16": np.dtype("<i2"), "f32": np.dtype("<f4")}
 class Volume:
     """Voxels shown over a range, in a box around the origin whose longest side is 1."""
 
+    nearest = False  # "`--interpolation nearest` takes the nearest voxel before the transfer function"
+
     def __init__(self, raw, spacing, chosen_range=None):
         """`raw` is indexed [z, y, x]."""
         self.range = shown_range(raw, chosen_range)
@@ -61,6 +64,9 @@ class Volume:
         # Voxel i "has its value at its centre": i + 1/2 in units of voxels from the box's corner.
         index = (positions + self.half) / self.voxel_size - 0.5
         index = np.clip(index, 0.0, self.dims - 1.0)
+        if self.nearest:
+            x, y, z = np.floor(index + 0.5).astype(np.intp).T
+            return self.unit[z, y, x]
         low = np.floor(index).astype(np.intp)
         high = np.minimum(low + 1, self.dims - 1)
         fx, fy, fz = (index - low).T
@@ -575,6 +581,11 @@ PICTURES = {
     "slices_isosurface": picture(
         "slices", "hounsfield", along("orbit", 210), LOW, mode="isosurface", iso=-300.0, shadows=False
     ),
+    "ct_nearest": picture("ct", "ct", along("orbit", 33), WARM, interpolation="nearest"),
+    "simulation_nearest": picture(
+        "simulation", "flow", along("flythrough", 150), LOW, interpolation="nearest", step=0.7
+    ),
+    "slices_nearest": picture("slices", "hounsfield", BESIDE, WARM, interpolation="nearest", gradient=True),
     "ct_orthographic": picture("ct", "ct", BESIDE, WARM),
     "simulation_orthographic": picture("simulation", "flow", AMONG, LOW, gradient=True),
     "slices_orthographic_mip": picture("slices", "hounsfield", AMONG, WARM, mode="mip"),
@@ -603,6 +614,8 @@ def camera_of(described):
 
 
 def scene_of(described, volume):
+    volume = copy.copy(volume)
+    volume.nearest = described.get("interpolation") == "nearest"
     return Scene(
         volume=volume,
         transfer=TransferFunction(TRANSFER_FUNCTIONS[described["transfer_function"]]),

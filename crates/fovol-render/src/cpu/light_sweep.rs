@@ -1,7 +1,7 @@
 //! Transmittance towards the light, swept through the volume slice by slice.
 
 use crate::scene::{Bricks, Crossing, LightSlices};
-use fovol_core::{LongWork, memory, stop};
+use fovol_core::{Interpolation, LongWork, memory, stop};
 use fovol_simd::{MOST_LANES, Simd, SimdF32, SimdF32Op, SimdOp};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -213,8 +213,15 @@ impl LightSweep<'_> {
             }
             if inside(deep) && inside(down) { columns } else { 0.0..0.0 }
         });
+        // The nearest line, voxel and slice stand for both between which a column passes.
+        let both = |part: f32| match self.bricks.interpolation() {
+            Interpolation::Linear => [0, 1],
+            Interpolation::Nearest => [(part + 0.5) as isize; 2],
+        };
         self.simd.in_vectors(Crossed {
-            lines: [lines.line(row), lines.line(row + 1)],
+            lines: both(slice.down.part).map(|more| lines.line(row + more)),
+            voxels: both(slice.along.part).map(|more| more as usize),
+            slices: both(self.slices.near()).map(|more| more == 1),
             shares: [slice.down.part, slice.along.part],
             tables: [self.transmittance, self.near_transmittance],
             near: self.slices.near(),
@@ -240,7 +247,7 @@ impl LightSweep<'_> {
             voxel[down] = (slice.top + line).clamp(0, rows as isize - 1) as usize;
             let to = &mut lines.entries[line as usize * lines.width..][..length + 2];
             self.bricks.put_line(voxel, along, factor, &mut to[1..=length]);
-            if self.bricks.has_gaps() {
+            if self.bricks.has_gaps() && self.bricks.interpolation() == Interpolation::Linear {
                 // A sample is NaN where any voxel of its cell is, and its cell reaches the next slice of the grid.
                 voxel[deep] = (voxel[deep] + 1).min(self.bricks.layout().dims[deep] - 1);
                 beyond.resize(length, 0.0);
@@ -257,6 +264,10 @@ impl LightSweep<'_> {
 struct Crossed<'a> {
     /// Entries of the lines of voxels before and after the row, from voxel −1 on.
     lines: [&'a [f32]; 2],
+    /// Places of the voxels before and after a column, from that of the column on.
+    voxels: [usize; 2],
+    /// Of the two entries between which the first sample lies, whether each is that of the slice before.
+    slices: [bool; 2],
     /// How far behind these lines, and behind their voxels, the columns are.
     shares: [f32; 2],
     /// Transmittance from slice to slice, and of the first stretch of a shadow ray.
@@ -284,13 +295,16 @@ impl SimdF32Op for Crossed<'_> {
         let one = zero.splat(1.0);
         let mut at = 0;
         while at < self.count {
-            let (here, next) = (self.between_lines(at, down), self.between_lines(at + 1, down));
+            let [here, next] = self.voxels;
+            let (here, next) = (self.between_lines(at + here, down), self.between_lines(at + next, down));
             let entry = (next - here).mul_add(along, here);
             let number = zero.iota() + zero.splat(at as f32);
             let (before, through) = (zero.load(&self.entries[at..]), zero.load(&self.through[at..]));
             let passed = zero.load(&self.passed[at..]);
             let from = V::select(before.simd_lt(zero), entry, before);
-            let first = looked_up((from - entry).mul_add(near, entry), self.tables[1]);
+            let from_here = if self.slices[0] { from } else { entry };
+            let to_before = if self.slices[1] { from } else { entry };
+            let first = looked_up((to_before - from_here).mul_add(near, from_here), self.tables[1]);
             (passed * V::select(is_in(number, &self.sees), first, one)).store(&mut self.light[at..]);
             let now = V::select(is_in(number, &self.casts), looked_up(entry, self.tables[0]), one);
             if self.count - at >= V::N {

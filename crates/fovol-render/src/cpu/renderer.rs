@@ -1,5 +1,5 @@
 use super::few_shadow_rays::FewShadowRays;
-use super::field::{AnyType, AnyValues, Field, Texel, addressable, with_field};
+use super::field::{AnyType, AnyValues, Field, Texel, readable, with_field};
 use super::fine::{FineKernel, FineScratch};
 use super::in_turn::in_turn;
 use super::in_vectors::InVectors;
@@ -61,6 +61,8 @@ pub struct Renderer {
     shadow_grid: Option<ShadowGrid>,
     /// Factor from the step of the scene to that of rays; see [`Scene::step_stretch`].
     pub(super) stretch: f64,
+    /// Choices that were asked for, and those in force.
+    asked: RenderOptions,
     options: RenderOptions,
 }
 
@@ -77,7 +79,8 @@ impl Renderer {
     /// Numbers of the scene that cannot be rendered with, see [`Scene::check`]; no memory for it.
     pub fn new(scene: &Scene, options: RenderOptions) -> fovol_core::Result<Self> {
         scene.check()?;
-        let bricks = Bricks::of_volume(&scene.volume)?;
+        let mut bricks = Bricks::of_volume(&scene.volume)?;
+        bricks.set_interpolation(scene.interpolation);
         Ok(Self::with_bricks(&scene.volume, bricks, scene, options)?)
     }
 
@@ -105,7 +108,6 @@ impl Renderer {
     ) -> Result<Self, Shortage> {
         let mut cells = Macrocells::new(&bricks)?;
         cells.classify(&scene.transfer_function, scene.mode);
-        let simd = if addressable(&bricks) { options.simd } else { Simd::Scalar };
         let mut renderer = Self {
             grid: *volume.grid(),
             clip: scene.clip_box(),
@@ -115,12 +117,18 @@ impl Renderer {
             mode: scene.mode,
             shading: scene.shading,
             background: scene.background,
-            prepared: Prepared::new(&scene.transfer_function, scene.marching_step(), scene.integration),
+            prepared: Prepared::new(
+                &scene.transfer_function,
+                scene.marching_step(),
+                scene.marching_integration(),
+            ),
             others: OtherSteps::default(),
             shadow_grid: None,
             stretch: scene.step_stretch(),
-            options: RenderOptions { simd, ..options },
+            asked: options,
+            options,
         };
+        renderer.set_options(options);
         renderer.prepare_shadows()?;
         Ok(renderer)
     }
@@ -148,6 +156,12 @@ impl Renderer {
             self.shadow_grid = None;
         }
         (self.shading, self.background, self.clip) = (scene.shading, scene.background, clip);
+        if self.bricks.interpolation() != scene.interpolation {
+            self.bricks.set_interpolation(scene.interpolation);
+            self.set_options(self.asked);
+            self.shadow_grid = None;
+        }
+        let integration = scene.marching_integration();
         let recoloured = self.transfer != scene.transfer_function;
         if recoloured || self.mode != scene.mode {
             self.transfer = scene.transfer_function.clone();
@@ -157,11 +171,11 @@ impl Renderer {
             self.others.forget_light();
         }
         if recoloured {
-            self.prepared = Prepared::new(&self.transfer, scene.marching_step(), scene.integration);
+            self.prepared = Prepared::new(&self.transfer, scene.marching_step(), integration);
             self.others.clear();
             self.shadow_grid = None;
-        } else if self.prepared.integration() != scene.integration {
-            self.prepared.integrate(&self.transfer, scene.integration);
+        } else if self.prepared.integration() != integration {
+            self.prepared.integrate(&self.transfer, integration);
             self.others.clear();
         }
         self.take_step(scene.marching_step());
@@ -173,11 +187,12 @@ impl Renderer {
 
     /// Takes other speed choices.
     pub fn set_options(&mut self, options: RenderOptions) {
-        let simd = if addressable(&self.bricks) { options.simd } else { Simd::Scalar };
-        self.options = RenderOptions { simd, ..options };
+        let simd = if readable(&self.bricks) { options.simd } else { Simd::Scalar };
+        (self.asked, self.options) = (options, RenderOptions { simd, ..options });
     }
 
-    /// The choices in force; the instruction set is `scalar` where a volume is too large for lanes.
+    /// The choices in force; the instruction set is `scalar` where a volume is too large for lanes,
+    /// or has NaN between labels.
     pub fn options(&self) -> RenderOptions {
         self.options
     }

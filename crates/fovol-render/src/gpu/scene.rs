@@ -11,8 +11,8 @@ use crate::scene::{
 };
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{
-    Camera, ClipBox, ClipPlanes, FrameSize, Grid, Integration, Light, RayMode, Region, Scene, Shading,
-    ShadowMode, TransferFunction,
+    Camera, ClipBox, ClipPlanes, FrameSize, Grid, Integration, Interpolation, Light, RayMode, Region, Scene,
+    Shading, ShadowMode, TransferFunction,
 };
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::bind_group;
@@ -135,6 +135,7 @@ struct GridSource {
     light: Light,
     clip: ClipBox,
     transfer: TransferFunction,
+    interpolation: Interpolation,
     skip_empty: bool,
 }
 
@@ -164,6 +165,7 @@ pub struct Contents {
     background: [f64; 3],
     step: f64,
     integration: Integration,
+    interpolation: Interpolation,
     mode: RayMode,
 }
 
@@ -197,7 +199,8 @@ impl Contents {
             shading: scene.shading,
             background: scene.background,
             step: scene.marching_step(),
-            integration: scene.integration,
+            integration: scene.marching_integration(),
+            interpolation: scene.interpolation,
             mode: scene.mode,
         })
     }
@@ -211,10 +214,12 @@ impl Contents {
             self.mode = scene.mode;
             self.cells.classify(&self.transfer, self.mode);
         }
-        let before = (self.shading, self.background, self.step, self.integration, self.clip);
-        let step = scene.marching_step();
-        let after = (scene.shading, scene.background, step, scene.integration, scene.clip_box());
-        (self.shading, self.background, self.step, self.integration, self.clip) = after;
+        let integration = (self.integration, self.interpolation);
+        let before = (self.shading, self.background, self.step, integration, self.clip);
+        let integration = (scene.marching_integration(), scene.interpolation);
+        let after = (scene.shading, scene.background, scene.marching_step(), integration, scene.clip_box());
+        (self.shading, self.background, self.step, _, self.clip) = after;
+        (self.integration, self.interpolation) = integration;
         recoloured || is_other_mode || before != after
     }
 
@@ -231,6 +236,7 @@ impl Contents {
             skip,
             columns: skip && self.has_columns,
             integration: self.integration,
+            interpolation: self.interpolation,
             mode: self.mode.into(),
         }
     }
@@ -266,6 +272,7 @@ impl Contents {
             light: self.shading.light,
             clip: self.clip,
             transfer: self.transfer.clone(),
+            interpolation: self.interpolation,
             skip_empty: self.skip_empty,
         };
         if let Some((_, grid)) = self.shadow_grid.as_ref().filter(|(known, _)| *known == source) {

@@ -1,5 +1,5 @@
 use super::volume_texture::TexelKind;
-use fovol_core::{Integration, RayMode};
+use fovol_core::{Integration, Interpolation, RayMode};
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group_layout};
 
@@ -16,6 +16,8 @@ pub struct SceneKind {
     pub columns: bool,
     /// How rays integrate.
     pub integration: Integration,
+    /// How values between voxels are found.
+    pub interpolation: Interpolation,
     /// What pixels show.
     pub mode: ModeKind,
 }
@@ -46,8 +48,12 @@ impl SceneKind {
     /// Values of the shaders' `override` constants for such a scene.
     pub fn constants(self) -> Vec<(&'static str, f64)> {
         let number = |b: bool| f64::from(u8::from(b));
-        let mut constants =
-            vec![("SKIP", number(self.skip)), ("GAPS", number(self.gaps)), ("COLUMNS", number(self.columns))];
+        let mut constants = vec![
+            ("NEAREST", number(self.interpolation == Interpolation::Nearest)),
+            ("SKIP", number(self.skip)),
+            ("GAPS", number(self.gaps)),
+            ("COLUMNS", number(self.columns)),
+        ];
         if let TexelKind::Stored { corners, floats } = self.texels {
             constants.extend([("CORNERS", number(corners)), ("FLOATS", number(floats))]);
         }

@@ -70,6 +70,9 @@ override SKIP: bool = false;
 /// Whether some voxels are NaN. They are stored as a large negative number.
 override GAPS: bool = false;
 
+/// Whether values are those of the nearest voxel rather than trilinear.
+override NEAREST: bool = false;
+
 /// Number of steps to the end of the box along an axis that a ray does not move on.
 const NEVER: f32 = 1e30;
 

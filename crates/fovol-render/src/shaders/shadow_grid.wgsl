@@ -76,9 +76,9 @@ fn cross(@builtin(global_invocation_id) thread: vec3u) {
     let here = field(p);
     // A column that has crossed no slice has a negative entry.
     let beyond = select(before.z, here, before.z < 0.0);
-    var first = mix(here, beyond, slice.near);
+    var first = mix(here, beyond, select(slice.near, floor(slice.near + 0.5), NEAREST));
     let last = f32(scene.last_entry) + 0.5;
-    if GAPS && max(here, beyond) > last {
+    if GAPS && !NEAREST && max(here, beyond) > last {
         first = last + 0.5;
     }
     var light = before.x;

@@ -2,8 +2,8 @@
 
 use crate::{gaps, scenes};
 use fovol_core::{
-    Camera, ClipBox, ClipPlane, ClipPlanes, Integration, Projection, RayMode, Scene, ShadowMode,
-    SurfaceShading, Volume,
+    Camera, ClipBox, ClipPlane, ClipPlanes, Integration, Interpolation, Projection, RayMode, Scene,
+    ShadowMode, SurfaceShading, Volume,
 };
 use std::sync::Arc;
 
@@ -27,6 +27,13 @@ fn modes(volume: Arc<Volume>) -> Vec<(String, Scene)> {
     let mut all: Vec<(String, Scene)> = Vec::new();
     for mode in projections.into_iter().chain([RayMode::Isosurface(0.35)]) {
         all.push((format!("{mode:?}"), Scene { mode, ..scene.clone() }));
+    }
+    for shadows in [ShadowMode::On, ShadowMode::Cached] {
+        let mut nearest = Scene { interpolation: Interpolation::Nearest, ..scene.clone() };
+        nearest.shading.shadows = shadows;
+        nearest.shading.surface = SurfaceShading::Gradient;
+        nearest.integration = Integration::Fine;
+        all.push((format!("nearest, {shadows:?}"), nearest));
     }
     scene.transfer_function = scene.transfer_function.without_nan();
     all.push(("mip without the colour of NaN".into(), Scene { mode: RayMode::Mip, ..scene.clone() }));
