@@ -1,4 +1,4 @@
-/// What a pixel shows of the values along its ray.
+/// Values along a ray that its pixel shows.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum RayMode {
     /// All of them, composited from front to back and lit.

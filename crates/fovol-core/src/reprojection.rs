@@ -116,7 +116,7 @@ impl Reprojection {
         Some((self.place(seen, self.depth_of(seen)), inverse))
     }
 
-    /// What positions are divided by.
+    /// Divisor of positions in the other picture.
     #[inline(always)]
     fn depth_of(&self, seen: Vec3) -> f32 {
         match self.projection {

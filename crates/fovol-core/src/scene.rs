@@ -101,7 +101,7 @@ pub struct Scene {
     pub integration: Integration,
     /// How values between voxels are found.
     pub interpolation: Interpolation,
-    /// What pixels show of the values along their rays.
+    /// Values along rays that pixels show.
     pub mode: RayMode,
 }
 

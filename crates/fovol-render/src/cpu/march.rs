@@ -21,7 +21,7 @@ pub struct March<'a> {
     pub clip: ClipBox,
     /// Display value to colour and opacity.
     pub transfer: &'a TransferFunction,
-    /// What rays show of the values along them.
+    /// Values along rays that pixels show.
     pub mode: RayMode,
     /// How samples are lit.
     pub shading: &'a Shading,

@@ -355,7 +355,7 @@ impl Contents {
 /// Steps to planes that light never crosses.
 const FAR: f32 = 1e30;
 
-/// As many planes as there may be, the others with the constant `otherwise`.
+/// `planes`, and up to the most that there may be others with the constant `otherwise`.
 fn padded(planes: impl Iterator<Item = [f32; 4]>, otherwise: f32) -> [[f32; 4]; ClipPlanes::MOST] {
     let mut all = [[0.0, 0.0, 0.0, otherwise]; ClipPlanes::MOST];
     all.iter_mut().zip(planes).for_each(|(to, plane)| *to = plane);

@@ -18,11 +18,11 @@ pub struct SceneKind {
     pub integration: Integration,
     /// How values between voxels are found.
     pub interpolation: Interpolation,
-    /// What pixels show.
+    /// Values along rays that pixels show.
     pub mode: ModeKind,
 }
 
-/// What pixels show of the values along their rays, as in shaders/modes.wgsl.
+/// Values along rays that pixels show, as in shaders/modes.wgsl.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ModeKind {
     Composite,

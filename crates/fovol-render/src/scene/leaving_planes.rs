@@ -9,7 +9,7 @@ pub struct LeavingPlanes {
 }
 
 impl LeavingPlanes {
-    /// Those of `planes` that light crosses outwards; `delta` is a primary step towards it, in voxels of `grid`.
+    /// Planes of `planes` that light crosses outwards; `delta` is a primary step towards it, in voxels of `grid`.
     pub fn new(planes: &ClipPlanes, grid: &Grid, delta: [f32; 3]) -> Self {
         let mut all = Self { steps: [[0.0; 4]; ClipPlanes::MOST], count: 0 };
         for plane in planes.in_voxels(grid) {

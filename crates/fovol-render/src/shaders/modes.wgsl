@@ -1,6 +1,6 @@
 // Projections and isosurfaces: a thread follows a ray. Twin of cpu/modes/march.rs.
 
-/// What pixels show of the values along their rays.
+/// Values along rays that pixels show.
 override MODE: u32 = 0;
 const COMPOSITE: u32 = 0;
 const MIP: u32 = 1;

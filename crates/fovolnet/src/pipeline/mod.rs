@@ -259,7 +259,15 @@ impl Pipeline {
         let of = |settings: &RenderSettings| {
             let RenderSettings { light, transfer_function, transfer_range, scale, nan, .. } = settings;
             let values = (transfer_function.clone(), *transfer_range, *scale, *nan);
-            (*light, values, settings.crop, settings.planes, settings.mode, settings.iso)
+            (
+                *light,
+                values,
+                settings.crop,
+                settings.planes,
+                settings.mode,
+                settings.iso,
+                settings.interpolation,
+            )
         };
         let changed = of(&self.settings) != of(settings);
         self.change(settings)?;

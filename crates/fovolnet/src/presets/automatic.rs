@@ -15,7 +15,8 @@ pub(super) fn coloured(transfer: &TransferFunction, gradient: &colorous::Gradien
     let between = between.filter(|&value| corners.iter().all(|corner| corner.value != value));
     points.extend(between.map(|value| at(value, transfer.evaluate(value)[3])));
     points.sort_by(|a, b| a.value.total_cmp(&b.value));
-    TransferFunction::new(points).expect("values rise")
+    let coloured = TransferFunction::new(points).expect("values rise");
+    coloured.with_range(transfer.range()).expect("the range was one")
 }
 
 /// Colour of `gradient` at `v`.

@@ -3,6 +3,7 @@
 mod automatic;
 mod catalogue;
 mod chosen;
+mod label_colours;
 mod notes;
 
 pub use automatic::automatic;

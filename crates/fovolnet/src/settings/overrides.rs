@@ -7,7 +7,7 @@ use super::{
     ValueScale, as_text,
 };
 use crate::{Error, Result};
-use fovol_core::{FrameSize, Integration, Projection, ShadowMode, SurfaceShading};
+use fovol_core::{FrameSize, Integration, Interpolation, Projection, ShadowMode, SurfaceShading};
 use fovol_net::Weights;
 use fovol_net::cpu::Precision;
 use fovol_render::noise::NoiseKind;
@@ -52,7 +52,7 @@ pub struct RenderOverrides {
     /// [default: perspective]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
     pub projection: Option<Projection>,
-    /// What pixels show of the values along their rays: composite (all, by the transfer function), mip, minip or average (the
+    /// Values along rays that pixels show: composite (all, by the transfer function), mip, minip or average (the
     /// greatest, the least or the mean), or isosurface (the first place that has the value --iso) [default: composite, or
     /// isosurface with --iso]
     #[cfg_attr(feature = "clap", arg(long, value_name = "MODE"))]
@@ -108,6 +108,11 @@ pub struct RenderOverrides {
     /// Distance between samples along rays, in voxels [default: 0.5]
     #[cfg_attr(feature = "clap", arg(long, value_name = "S", value_parser = parse::number, allow_hyphen_values = true))]
     pub step: Option<f64>,
+    /// How values between voxels are found: linear, nearest (the nearest voxel, for labels, which are then integrated as
+    /// --integration plain does), or auto: nearest for label maps, never for mip, minip and average [default: auto]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
+    #[serde(with = "as_text")]
+    pub interpolation: Option<Choice<Interpolation>>,
     /// Integration along rays: fine, the integral of the transfer function between samples, without rings, or plain,
     /// separate samples [default: fine]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
@@ -210,7 +215,7 @@ impl RenderOverrides {
         self.laid_under(over)
     }
 
-    /// What pixels show: the given mode, else an isosurface where its value is given.
+    /// Mode of the picture: the given one, else an isosurface where its value is given.
     pub fn mode(&self) -> Mode {
         self.mode.unwrap_or(if self.iso.is_some() { Mode::Isosurface } else { Mode::Composite })
     }

@@ -4,7 +4,8 @@ use super::{
 };
 use crate::{Error, Result};
 use fovol_core::{
-    ClipPlanes, Fovea, FrameSize, GazePath, Integration, Light, Projection, ShadowMode, SurfaceShading,
+    ClipPlanes, Fovea, FrameSize, GazePath, Integration, Interpolation, Light, Projection, ShadowMode,
+    SurfaceShading,
 };
 use fovol_net::cpu::Precision;
 use fovol_net::plan::Named;
@@ -48,7 +49,7 @@ pub struct RenderSettings {
     pub orientation: Option<Orientation>,
     /// How the camera projects.
     pub projection: Projection,
-    /// What pixels show of the values along their rays.
+    /// Values along rays that pixels show.
     pub mode: Mode,
     /// Data value of an isosurface; `None` for one between the two main groups of values.
     pub iso: Option<f64>,
@@ -80,6 +81,8 @@ pub struct RenderSettings {
     pub transparent: bool,
     /// Distance between samples along rays, in voxels.
     pub step: f64,
+    /// How values between voxels are found. `auto` is the nearest voxel for label maps.
+    pub interpolation: Choice<Interpolation>,
     /// Integration along rays.
     pub integration: Integration,
     /// Method of choosing the pixels that are marched. [`Sampling::Full`] leaves nothing to reconstruct, and the settings
@@ -136,6 +139,7 @@ impl Default for RenderSettings {
             background: [0.0; 3],
             transparent: false,
             step: 0.5,
+            interpolation: Choice::Auto,
             integration: Integration::Fine,
             sampling: Sampling::Full,
             pb: base,

@@ -46,6 +46,7 @@ impl RenderOverrides {
             background: self.background.unwrap_or(usual.background),
             transparent: self.transparent.unwrap_or(usual.transparent),
             step: self.step.unwrap_or(usual.step),
+            interpolation: self.interpolation.unwrap_or(usual.interpolation),
             integration: self.integration.unwrap_or(usual.integration),
             sampling: self.sampling(),
             pb: self.pb.unwrap_or(usual.pb),

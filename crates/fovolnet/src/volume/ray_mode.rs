@@ -2,7 +2,7 @@ use crate::presets::otsu;
 use crate::{Error, Mode, RenderSettings, Result};
 use fovol_core::{RayMode, Volume};
 
-/// What rays through `volume` show with `settings`.
+/// Mode of rays through `volume` with `settings`.
 ///
 /// # Errors
 /// An isosurface of a value that is not shown.

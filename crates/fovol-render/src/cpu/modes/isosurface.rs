@@ -12,7 +12,7 @@ use fovol_simd::{MOST_LANES, SimdF32};
 /// The scene whose surface lanes look for.
 pub struct IsosurfaceKernel<'a, T: Texel> {
     pub kernel: Kernel<'a, T>,
-    /// What is done once a ray, in plain code.
+    /// The specification, for the work that is done once a ray.
     pub march: March<'a>,
     /// The display value of the surface.
     pub iso: f32,

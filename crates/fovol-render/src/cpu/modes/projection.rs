@@ -36,7 +36,7 @@ pub struct ProjectionKernel<'a, T: Texel> {
     pub projection: Projection,
 }
 
-/// What a ray has found so far, one number per lane.
+/// Values of a ray that were found so far, one number per lane.
 #[derive(Clone, Copy)]
 struct Found {
     /// The greatest or least values, or sums of values.
