@@ -1,24 +1,19 @@
 use super::few_shadow_rays::FewShadowRays;
-use super::field::{AnyType, AnyValues, Field, Texel, readable, with_field};
-use super::fine::{FineKernel, FineScratch};
+use super::field::readable;
 use super::in_turn::in_turn;
-use super::in_vectors::InVectors;
-use super::kernel::{Kernel, Lighting, Scratch};
 use super::light_columns::LightColumns;
 use super::march::{March, SampleCount};
+use super::march_memory::MarchMemory;
 use super::march_order::MarchOrder;
-use super::modes::{IsosurfaceKernel, Projection, ProjectionKernel};
-use super::packet::Packet;
 use super::prepared::{OtherSteps, Prepared};
 use super::shadow_grid::ShadowGrid;
 use super::simd::best_simd;
-use super::skip::Skip;
 use super::tile_order::{TILE, TILE_ORDER};
-use crate::scene::{BrickData, BrickLayout, Bricks, LightPath, Macrocells, RayResult, SWEEP_STEP, Segments};
+use crate::scene::{BrickLayout, Bricks, LightPath, Macrocells, RayResult, SWEEP_STEP};
 use fovol_core::memory::{Estimate, Shortage};
 use fovol_core::{
-    Camera, ClipBox, Frame, FrameSize, Grid, Pixel, RayBasis, RayMode, Region, SampleList, SampleMask, Scene,
-    Shading, ShadowMode, SurfaceShading, TransferFunction, Volume, stop,
+    Camera, ClipBox, Frame, FrameSize, Grid, Pixel, RayMode, Region, SampleList, SampleMask, Scene, Shading,
+    ShadowMode, TransferFunction, Volume,
 };
 use fovol_simd::Simd;
 use rayon::prelude::*;
@@ -45,25 +40,25 @@ impl Default for RenderOptions {
 /// afterwards costs a small part of that.
 #[derive(Debug)]
 pub struct Renderer {
-    grid: Grid,
-    clip: ClipBox,
-    bricks: Bricks,
-    cells: Macrocells,
-    transfer: TransferFunction,
-    mode: RayMode,
-    shading: Shading,
-    background: [f64; 3],
+    pub(super) grid: Grid,
+    pub(super) clip: ClipBox,
+    pub(super) bricks: Bricks,
+    pub(super) cells: Macrocells,
+    pub(super) transfer: TransferFunction,
+    pub(super) mode: RayMode,
+    pub(super) shading: Shading,
+    pub(super) background: [f64; 3],
     /// Tables and light columns for the step of the scene.
     pub(super) prepared: Prepared,
     /// Tables and light columns for other steps.
     others: OtherSteps,
     /// Transmittance towards the light at every voxel, once shadows were cached. No step changes it.
-    shadow_grid: Option<ShadowGrid>,
+    pub(super) shadow_grid: Option<ShadowGrid>,
     /// Factor from the step of the scene to that of rays; see [`Scene::step_stretch`].
     pub(super) stretch: f64,
     /// Choices that were asked for, and those in force.
     asked: RenderOptions,
-    options: RenderOptions,
+    pub(super) options: RenderOptions,
 }
 
 /// Rays for which light columns pay.
@@ -301,7 +296,7 @@ impl Renderer {
         marched
     }
 
-    fn light_path(&self) -> LightPath {
+    pub(super) fn light_path(&self) -> LightPath {
         LightPath::new(&self.shading.light, &self.grid, &self.clip, self.prepared.step)
     }
 
@@ -341,8 +336,9 @@ impl Renderer {
         let order = MarchOrder::new(list);
         let chunk = list.len().div_ceil(4 * rayon::current_num_threads()).clamp(FEWEST, CHUNK);
         let chunks = order.pixels().chunks(chunk);
-        let parts =
-            in_turn(chunks, Memory::default, |scratch, chunk| self.march_pixels(&rays, chunk, few, scratch));
+        let parts = in_turn(chunks, MarchMemory::default, |scratch, chunk| {
+            self.march_pixels(&rays, chunk, few, scratch)
+        });
         let mut count = SampleCount::default();
         parts.iter().for_each(|(_, samples)| count += *samples);
         (order.in_list_order(parts.iter().flat_map(|(part, _)| part)), count)
@@ -406,7 +402,7 @@ impl Renderer {
     ) -> Vec<Tile<T>> {
         let rays = camera.rays(size);
         let (columns, rows) = (size.width.div_ceil(TILE), size.height.div_ceil(TILE));
-        in_turn(0..columns * rows, Memory::default, |scratch, tile| {
+        in_turn(0..columns * rows, MarchMemory::default, |scratch, tile| {
             let (x0, y0) = (tile % columns * TILE, tile / columns * TILE);
             let mut pixels = Vec::with_capacity((TILE * TILE) as usize);
             for (x, y) in TILE_ORDER.map(|[x, y]| (x0 + x, y0 + y)) {
@@ -417,101 +413,6 @@ impl Renderer {
             let (marched, samples) = self.march_pixels(&rays, &pixels, few, scratch);
             Tile { pixels, kept: marched.into_iter().map(&keep).collect(), samples }
         })
-    }
-
-    fn march_pixels(
-        &self,
-        rays: &RayBasis,
-        pixels: &[Pixel],
-        few: Option<&FewShadowRays<'_>>,
-        scratch: &mut Memory,
-    ) -> (Vec<RayResult>, SampleCount) {
-        stop::point();
-        let mut out = Vec::with_capacity(pixels.len());
-        let simd = self.options.simd;
-        if simd == Simd::Scalar {
-            let mut march = self.specification();
-            let mut count = SampleCount::default();
-            out.extend(pixels.iter().map(|p| {
-                march.few = few.map(|few| (few.per_pixel, few.offset(*p)));
-                let ray = rays.ray(p.x.into(), p.y.into());
-                match &self.prepared.extinction {
-                    _ if self.mode != RayMode::Composite => march.mode_ray(&ray, &mut count),
-                    None => march.ray(&ray, &mut count),
-                    Some(table) => march.fine_ray(table, &ray, &mut count),
-                }
-            }));
-            return (out, count);
-        }
-        let unit = self.prepared.table.scale();
-        let count = match simd {
-            Simd::Portable => {
-                let field = Field::<AnyType>::new(&self.bricks, AnyValues::new(&self.bricks), unit);
-                self.march_field(field, (rays, pixels, few), scratch, &mut out)
-            }
-            _ => with_field!(&self.bricks, unit, field => {
-                self.march_field(field, (rays, pixels, few), scratch, &mut out)
-            }),
-        };
-        (out, count)
-    }
-
-    fn march_field<'a, T: Texel>(
-        &'a self,
-        field: Field<'a, T>,
-        (rays, pixels, few): (&RayBasis, &[Pixel], Option<&FewShadowRays<'a>>),
-        scratch: &mut Memory,
-        out: &mut Vec<RayResult>,
-    ) -> SampleCount {
-        let (kernel, simd) = (self.kernel(field, few), self.options.simd);
-        if let Some(projection) = Projection::of(self.mode) {
-            let kernel = &ProjectionKernel { kernel, transfer: &self.transfer, projection };
-            let scratch = &mut scratch.packet;
-            return T::in_vectors(simd, InVectors { kernel, rays, pixels, scratch, out });
-        }
-        if let RayMode::Isosurface(iso) = self.mode {
-            let kernel = &IsosurfaceKernel { kernel, march: self.specification(), iso };
-            let scratch = &mut scratch.packet;
-            return T::in_vectors(simd, InVectors { kernel, rays, pixels, scratch, out });
-        }
-        match &self.prepared.extinction {
-            None => {
-                let scratch = &mut scratch.plain;
-                T::in_vectors(simd, InVectors { kernel: &kernel, rays, pixels, scratch, out })
-            }
-            Some(extinction) => {
-                let (kernel, scratch) = (&FineKernel { kernel, extinction }, &mut scratch.fine);
-                T::in_vectors(simd, InVectors { kernel, rays, pixels, scratch, out })
-            }
-        }
-    }
-
-    fn kernel<'a, T: Texel>(&'a self, field: Field<'a, T>, few: Option<&FewShadowRays<'a>>) -> Kernel<'a, T> {
-        let skips = self.options.skip_empty && !self.cells.is_dense();
-        let rays = Lighting::Rays(self.prepared.light_columns.as_ref().filter(|_| skips), few.copied());
-        let lighting = match (self.shading.shadows, &self.shadow_grid) {
-            (ShadowMode::Off, _) => Lighting::Full,
-            (ShadowMode::Cached, Some(ShadowGrid { voxels, .. })) => match voxels.data() {
-                BrickData::U8(values) => Lighting::Cached(Field::<u8>::new(voxels, values, 1.0)),
-                BrickData::Corners(_) | BrickData::U16(_) | BrickData::F32(_) | BrickData::Gaps(_) => rays,
-            },
-            (ShadowMode::On | ShadowMode::Cached, _) => rays,
-        };
-        let direction = self.shading.light.direction().as_vec3().to_array();
-        Kernel {
-            field,
-            segments: Segments::new(&self.grid, &self.clip, self.prepared.step),
-            voxel_size: self.grid.voxel_size().as_vec3().to_array(),
-            table: &self.prepared.table,
-            visible: self.prepared.table.visible(),
-            light: self.light_path(),
-            lighting,
-            facing: (self.shading.surface == SurfaceShading::Gradient).then_some(direction),
-            ambient: self.shading.ambient as f32,
-            background: self.background.map(|c| c as f32),
-            skip: skips.then(|| Skip::new(&self.cells, self.grid.dims())),
-            simd: self.options.simd,
-        }
     }
 }
 
@@ -527,12 +428,4 @@ fn samples_of<T>(tiles: &[Tile<T>]) -> SampleCount {
     let mut count = SampleCount::default();
     tiles.iter().for_each(|tile| count += tile.samples);
     count
-}
-
-/// Memory that marching uses again and again.
-#[derive(Default)]
-struct Memory {
-    packet: Packet,
-    plain: Scratch,
-    fine: FineScratch,
 }
