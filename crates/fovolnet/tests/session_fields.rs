@@ -1,8 +1,10 @@
 //! Every field of a session is written and read back, and has an effect.
 
-use fovolnet::core::{Dtype, Endian, Frame, Integration, ShadowMode, SurfaceShading};
+use fovolnet::core::{
+    Dtype, Endian, Frame, Integration, Interpolation, Projection, ShadowMode, SurfaceShading,
+};
 use fovolnet::{
-    CropBox, Density, Device, Guide, NamedView, NanColour, Orientation, Pipeline, PlannedFrames,
+    CropBox, Density, Device, Guide, Mode, NamedView, NanColour, Orientation, Pipeline, PlannedFrames,
     PlannedPipeline, Quality, Reconstruction, RenderOverrides, Sampling, Session, SpeedSettings,
     TransferRange, ValueScale, VolumeSettings, Way, open_volume,
 };
@@ -35,6 +37,7 @@ fn everything(volume: &Path) -> Session {
         endian: Some(Endian::Little),
         spacing: Some([1.0; 3]),
         range: Some([0.0, 65535.0]),
+        window: None,
         array: None,
         component: Some(0),
         channel: Some(0),
@@ -51,11 +54,15 @@ fn everything(volume: &Path) -> Session {
         view: Some(NamedView::Anterior),
         orientation: Some(Orientation::Grid),
         camera: None,
+        projection: Some(Projection::Perspective),
+        mode: Some(Mode::Composite),
+        iso: None,
         tf: Some("auto".into()),
         tf_range: Some(TransferRange::Stretch),
         scale: Some(ValueScale::Linear),
         nan: Some(NanColour::Transparent),
         clip: Some(CropBox::WHOLE),
+        clip_plane: Some(vec![[0.0, 0.0, 1.0, -2.0]]),
         light: Some([0.5, 1.0, 0.3]),
         shadows: Some(ShadowMode::On),
         shading: Some(SurfaceShading::Flat),
@@ -63,6 +70,7 @@ fn everything(volume: &Path) -> Session {
         background: Some([0.0; 3]),
         transparent: Some(false),
         step: Some(0.5),
+        interpolation: Some(Interpolation::Linear.into()),
         integration: Some(Integration::Fine),
         sampling: Some(Sampling::Compact.into()),
         pb: Some(0.2),
@@ -119,6 +127,10 @@ fn steps() -> Vec<Step> {
         step("read.spacing", |s| s.read.spacing = Some([1.0, 1.0, 2.0])),
         step("read.range", |s| s.read.range = Some([0.0, 40000.0])),
         Step {
+            from: |s| s.read.range = None,
+            ..step("read.window", |s| s.read.window = Some([20000.0, 30000.0]))
+        },
+        Step {
             from: |s| {
                 another_file(s, "arrays.vtk");
                 s.read.array = Some("a".into());
@@ -163,6 +175,12 @@ fn steps() -> Vec<Step> {
             from: |s| s.render.path = None,
             ..step("render.camera", |s| s.render.camera = Some([0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 30.0].into()))
         },
+        step("render.projection", |s| s.render.projection = Some(Projection::Orthographic)),
+        step("render.mode", |s| s.render.mode = Some(Mode::Mip)),
+        Step {
+            from: |s| s.render.mode = Some(Mode::Isosurface),
+            ..step("render.iso", |s| s.render.iso = Some(50000.0))
+        },
         step("render.tf", |s| s.render.tf = Some("viridis".into())),
         Step {
             from: |s| {
@@ -177,6 +195,7 @@ fn steps() -> Vec<Step> {
             ..step("render.nan", |s| s.render.nan = Some(NanColour::Colour([1.0, 0.0, 0.0, 0.5])))
         },
         step("render.clip", |s| s.render.clip = Some([0.0, 0.6, 0.1, 1.0, 0.0, 1.0].into())),
+        step("render.clip-plane", |s| s.render.clip_plane = Some(vec![[1.0, 0.5, 0.2, 0.05]])),
         step("render.light", |s| s.render.light = Some([-1.0, 0.2, 0.1])),
         step("render.shadows", |s| s.render.shadows = Some(ShadowMode::Off)),
         step("render.shading", |s| s.render.shading = Some(SurfaceShading::Gradient)),
@@ -187,6 +206,7 @@ fn steps() -> Vec<Step> {
             ..step("render.transparent", |s| s.render.transparent = Some(true))
         },
         step("render.step", |s| s.render.step = Some(0.8)),
+        step("render.interpolation", |s| s.render.interpolation = Some(Interpolation::Nearest.into())),
         step("render.integration", |s| s.render.integration = Some(Integration::Plain)),
         step("render.sampling", |s| s.render.sampling = Some(Sampling::Full.into())),
         step("render.pb", |s| s.render.pb = Some(0.4)),

@@ -1,5 +1,6 @@
 //! Panels for settings and statistics.
 
+mod data;
 mod fields;
 mod mode;
 mod motion;
@@ -9,6 +10,7 @@ mod sampling;
 mod scene;
 mod statistics;
 
+pub use data::{data, has_parts};
 pub use mode::{mode, projection};
 pub use motion::{budget, looks};
 pub use placement::{cropping, standing};
