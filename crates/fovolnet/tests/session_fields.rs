@@ -368,6 +368,8 @@ fn every_field_of_a_session_is_kept_and_shows() {
     let mut either = whole.clone();
     either.read.array = Some("a".into());
     either.read.series = Some("1".into());
+    either.read.window = Some([1.0; 2]);
+    either.render.iso = Some(1.0);
     either.render.budget = Some(40.0);
     either.render.camera = Some([0.0; 7].into());
     either.render.random_weights = Some("wnet-fast".parse().unwrap());
