@@ -83,14 +83,16 @@ fn parts(ui: &mut Ui, read: &mut VolumeSettings, volume: &Volume) {
 fn shown_range(ui: &mut Ui, read: &mut VolumeSettings, volume: &Volume) {
     let [lo, hi] = volume.range();
     let (centre, width) = (0.5 * (lo + hi), hi - lo);
-    let field = |ui: &mut Ui, number: &mut f64| {
-        ui.add(DragValue::new(number).speed(0.002 * width).max_decimals(3).update_while_editing(false))
+    let field = |ui: &mut Ui, name: &str, shown: f64| {
+        let label = ui.label(name).id;
+        settled(ui, name, shown, |ui, number| {
+            let field = DragValue::new(number).speed(0.002 * width).max_decimals(3);
+            ui.add(field.update_while_editing(false)).labelled_by(label)
+        })
     };
     ui.horizontal(|ui| {
-        ui.label("Window centre");
-        let moved = settled(ui, "centre", centre, field);
-        ui.label("width");
-        let widened = settled(ui, "width", width, field).filter(|width| *width > 0.0);
+        let moved = field(ui, "Window centre", centre);
+        let widened = field(ui, "width", width).filter(|width| *width > 0.0);
         if moved.is_some() || widened.is_some() {
             read.range = None;
             read.window = Some([moved.unwrap_or(centre), widened.unwrap_or(width)]);

@@ -16,10 +16,11 @@ pub fn planes(ui: &mut Ui, settings: &mut RenderOverrides, camera: &Camera) {
     let mut removed = None;
     for (number, plane) in planes.iter_mut().enumerate() {
         ui.horizontal(|ui| {
-            ui.label(format!("Plane {}", number + 1));
+            let label = ui.label(format!("Plane {}", number + 1)).id;
             let length = plane[..3].iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-9);
             let mut distance = plane[3] / length;
-            if ui.add(Slider::new(&mut distance, -FARTHEST..=FARTHEST).max_decimals(3)).changed() {
+            let slider = Slider::new(&mut distance, -FARTHEST..=FARTHEST).max_decimals(3);
+            if ui.add(slider).labelled_by(label).changed() {
                 plane[3] = distance * length;
             }
             if ui.small_button("Face").on_hover_text("Turns the plane to face the eye").clicked() {
