@@ -52,7 +52,7 @@ pub use camera::{Camera, Ray, RayBasis};
 pub use camera_path::{CameraPath, Keyframe};
 pub use child_process::ChildProcess;
 pub use clip_box::ClipBox;
-pub use contents::{Contents, Label};
+pub use contents::{ChannelDisplay, Contents, Label};
 pub use error::{Error, Result};
 pub use fovea::Fovea;
 pub use frame::{Frame, FrameSize, MAX_FRAME_SIDE};

@@ -1,7 +1,10 @@
 //! Selects the parser of a file by its first bytes, or by its name if the bytes identify no format.
 
+use super::array_path::is_zarr;
 #[cfg(feature = "dicom")]
 use super::dicom;
+#[cfg(feature = "zarr")]
+use super::zarr;
 use super::{
     Overrides, Source, legacy_vtk, metaimage, nifti, nrrd, numpy, raw, slice_folder, tiff_stack, vti,
 };
@@ -33,6 +36,14 @@ pub fn parser_of(source: &Source) -> Result<Option<Parser>> {
     if is_dicom(bytes) || is_dicom_name(&name) {
         return Ok(Some(dicom::parse));
     }
+    #[cfg(feature = "zarr")]
+    if zarr::is_archive(source) || is_zarr_name(&name) {
+        return Ok(Some(zarr::parse_archive));
+    }
+    #[cfg(not(feature = "zarr"))]
+    if is_zarr_name(&name) {
+        return Err(source.unsupported(ZARR));
+    }
     // Bare voxels may begin like anything, but hardly with a mark 128 bytes behind zeros.
     let marked = foreign_content(bytes).filter(|_| is_dicom(bytes) || !raw::is_bare(source));
     if let Some(problem) = marked {
@@ -59,8 +70,11 @@ pub fn is_known(bytes: &[u8], path: &Path) -> bool {
 /// # Errors
 /// A folder that holds no volume.
 pub fn read_folder(path: &Path, overrides: &Overrides) -> Result<Volume> {
-    if [".zattrs", ".zgroup", ".zarray", "zarr.json"].iter().any(|file| path.join(file).is_file()) {
-        return Err(Error::unsupported(path, "Zarr is not read yet; convert one array to NRRD or NIfTI"));
+    if is_zarr(path) {
+        #[cfg(feature = "zarr")]
+        return zarr::parse_folder(path, overrides);
+        #[cfg(not(feature = "zarr"))]
+        return Err(Error::unsupported(path, ZARR));
     }
     #[cfg(feature = "dicom")]
     if dicom::is_in_folder(path)
@@ -121,6 +135,11 @@ fn is_dicom_name(name: &str) -> bool {
     [".dcm", ".dicom"].iter().any(|ending| name.ends_with(ending)) || name == "dicomdir"
 }
 
+/// Whether it is the name of Zarr in an archive; `name` is in lower case.
+fn is_zarr_name(name: &str) -> bool {
+    [".zarr.zip", ".ozx"].iter().any(|ending| name.ends_with(ending))
+}
+
 fn by_content(bytes: &[u8]) -> Option<Parser> {
     match bytes {
         [b'N', b'R', b'R', b'D', b'0', b'0', b'0', _, ..] => Some(nrrd::parse),
@@ -162,6 +181,10 @@ fn by_name(name: &str) -> Option<Parser> {
 /// Advice for programs that are built without these formats.
 #[cfg(not(feature = "hdf5"))]
 const HDF5: &str = "HDF5 and NetCDF are read only with the cargo feature `hdf5` of fovol-io; build with it, or convert one variable to NRRD or .npy";
+
+/// Advice for programs that are built without Zarr.
+#[cfg(not(feature = "zarr"))]
+const ZARR: &str = "Zarr is read only with the cargo feature `zarr` of fovol-io; build with it, or convert one array to NRRD or .npy";
 
 const VTK_XML: &str = "only image data is read of VTK's XML files; resample it to .vti, in ParaView for one";
 

@@ -4,7 +4,7 @@ use super::element::Element;
 use super::file::{File, attributes};
 use super::voxels;
 use crate::Result;
-use crate::volume::cf::{Attributes, Spaced};
+use crate::volume::cf::{Attributes, Spaced, with_spacing_notes};
 use crate::volume::layout::Layout;
 use crate::volume::units::symbol;
 use crate::volume::{Overrides, Source};
@@ -93,7 +93,7 @@ impl Image {
         let [x, y, z] = self.dims;
         let (bytes, start) = voxels::read(file, dataset, &element, &[0..z, 0..y, 0..x])?;
         let volume = layout.volume(source, bytes, start)?.with_format("Imaris").with_contents(contents);
-        let volume = super::with_spacing_notes(volume, self.spaced.as_ref(), &Overrides::default());
+        let volume = with_spacing_notes(volume, self.spaced.as_ref(), &Overrides::default());
         Ok(match level {
             0 => volume,
             _ => volume.with_note(format!("level {level} is shown: finer ones do not fit in memory")),

@@ -4,6 +4,7 @@
 use super::hyperstack::{Counts, Hyperstack};
 use crate::Result;
 use crate::volume::Source;
+use crate::volume::units::{metres, symbol};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 use std::collections::BTreeMap;
@@ -179,7 +180,7 @@ impl Pixels {
         };
         for (axis, size) in AXES.into_iter().zip(sizes) {
             // All sides in the unit of the first.
-            let scale = match (metres(unit(axis)), metres(lead)) {
+            let scale = match (metres(symbol(unit(axis))), metres(symbol(lead))) {
                 (Some(own), Some(lead)) => own / lead,
                 _ => 1.0,
             };
@@ -202,19 +203,6 @@ impl Pixels {
 fn positions(counts: &Counts) -> impl Iterator<Item = [usize; 3]> {
     let Counts { slices, channels, times } = *counts;
     (0..times).flat_map(move |t| (0..channels).flat_map(move |c| (0..slices).map(move |z| [z, c, t])))
-}
-
-/// The length of a unit in metres, if it is one of OME's metric units.
-fn metres(unit: &str) -> Option<f64> {
-    Some(match unit {
-        "m" => 1.0,
-        "cm" => 1e-2,
-        "mm" => 1e-3,
-        "µm" | "\u{3bc}m" | "um" => 1e-6,
-        "nm" => 1e-9,
-        "Å" => 1e-10,
-        _ => return None,
-    })
 }
 
 #[cfg(test)]

@@ -1,0 +1,1 @@
+//! Tests of whole hierarchies in memory.
