@@ -269,9 +269,6 @@ def hierarchies(cases):
                 array = array.astype("f4").where(array > -40)
             encoding = {"density": {"dtype": "i2", "scale_factor": 0.5, "add_offset": 1.0, "_FillValue": -99}} if has_fill else {}
             array.to_dataset().to_zarr(path, zarr_format=version, encoding=encoding)
-            if has_fill and version == 3:
-                # xarray writes the mark in base64 there.
-                expected = None
             expected = xarray.open_zarr(path, consolidated=False)["density"].values[1].astype("f8")
             cases.add(path, expected, time=1, times=2, spacing=steps and steps[::-1], units="mm" if steps else None, type="any", chosen="density")
     damaged(cases)
@@ -301,7 +298,8 @@ def damaged(cases):
         said = next(found for found in sorted(path.rglob("*")) if found.name in (".zarray", "zarr.json"))
         text = said.read_text()
         for old, new in [("{", "["), ('"shape"', '"forme"'), ("8,", "-8,"), ("zstd", "lzma2"), ("uint16", "float80"), ("<u2", "<u3"), ("4,", "0,")]:
-            if old in text:
+            # Blosc says in each chunk what packed it.
+            if old in text and not (old == "zstd" and "blosc" in text):
                 said.write_text(text.replace(old, new))
                 cases.add(shutil.copytree(path, cases.path()), None, label=f"{old} {new}")
 
@@ -408,8 +406,8 @@ def ome_images(cases):
         path, values = cases.path(), numbers((8, 10, 12), "u2")
         levels, root = image(path, values, "zyx", version, units=False)
         labels = RANDOM.integers(0, 3, values.shape).astype("i4")
-        ome_zarr.writer.write_labels(
-            labels=labels, group=root, name="nuclei", axes="zyx", fmt=FORMATS[version], scaler=None,
+        ome_zarr.writer.write_multiscale_labels(
+            pyramid=[labels], group=root, name="nuclei", axes="zyx", fmt=FORMATS[version],
             coordinate_transformations=[[{"type": "scale", "scale": [1.0, 0.5, 0.375]}]],
             label_metadata={"colors": [{"label-value": 1, "rgba": [255, 0, 0, 255]}], "properties": [{"label-value": 2, "class": "cell"}]},
         )  # fmt: skip

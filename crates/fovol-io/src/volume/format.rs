@@ -186,6 +186,9 @@ const HDF5: &str = "HDF5 and NetCDF are read only with the cargo feature `hdf5` 
 #[cfg(not(feature = "zarr"))]
 const ZARR: &str = "Zarr is read only with the cargo feature `zarr` of fovol-io; build with it, or convert one array to NRRD or .npy";
 
+/// Advice for files of microscopes that their makers' programs write.
+const MICROSCOPE: &str = "this format of a microscope is not read; convert it with `bioformats2raw IN OUT.zarr`, or with `bfconvert IN OUT.ome.tif` of bftools";
+
 const VTK_XML: &str = "only image data is read of VTK's XML files; resample it to .vti, in ParaView for one";
 
 /// Advice for formats that are known but not read, recognised by the first `bytes` of the file.
@@ -203,6 +206,7 @@ fn foreign_content(bytes: &[u8]) -> Option<&'static str> {
         [b'P', b'K', 3, 4, ..] | [b'7', b'z', 0xBC, 0xAF, ..] => {
             "it is an archive; unpack it and name a file in it"
         }
+        _ if bytes.starts_with(b"ZISRAWFILE") || bytes.starts_with(b"\xDA\xCE\xBE\x0A") => MICROSCOPE,
         _ if vti::is_vtk_xml(bytes) => VTK_XML,
         _ => return None,
     })
@@ -219,7 +223,8 @@ fn foreign_name(name: &str) -> Option<&'static str> {
         () if ends(&[".mgz", ".mgh"]) => {
             "MGH is not read; convert it to NIfTI, with `mri_convert IN.mgz OUT.nii.gz` of FreeSurfer for one"
         }
-        () if ends(&[".vdb", ".slc", ".mnc", ".czi", ".lif", ".am"]) => {
+        () if ends(&[".czi", ".lif", ".nd2", ".oir", ".oib", ".vsi"]) => MICROSCOPE,
+        () if ends(&[".vdb", ".slc", ".mnc", ".am"]) => {
             "this format is not read; convert it to NRRD, NIfTI or raw"
         }
         () => return None,
@@ -247,7 +252,12 @@ mod tests {
 
     #[test]
     fn programs_that_convert_are_named() {
-        for (name, program) in [("wm.mgz", "mri_convert"), ("wm.MGH", "mri_convert")] {
+        for (name, program) in [
+            ("wm.mgz", "mri_convert"),
+            ("wm.MGH", "mri_convert"),
+            ("cell.czi", "bioformats2raw"),
+            ("cell.ND2", "bfconvert"),
+        ] {
             let error = parser_of(&Source::from_bytes(Path::new(name), vec![1; 64])).unwrap_err().to_string();
             assert!(error.contains(program), "{error}");
         }

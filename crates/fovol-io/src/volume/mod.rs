@@ -6,6 +6,7 @@ mod array_path;
 mod arrays;
 #[cfg(any(feature = "hdf5", feature = "zarr"))]
 mod cf;
+mod channel_window;
 mod decompress;
 mod detached;
 #[cfg(feature = "dicom")]
@@ -14,6 +15,8 @@ mod format;
 #[cfg(feature = "hdf5")]
 mod hdf5;
 mod layout;
+#[cfg(any(feature = "hdf5", feature = "zarr"))]
+mod levels;
 mod legacy_vtk;
 mod metaimage;
 #[cfg(feature = "hdf5")]

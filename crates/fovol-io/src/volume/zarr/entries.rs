@@ -16,7 +16,7 @@ const DEEPEST: usize = 12;
 pub struct Entry {
     /// Its path.
     pub path: String,
-    /// What it is.
+    /// Its metadata.
     pub content: Content,
 }
 

@@ -9,7 +9,9 @@ use super::ome::{self, Level, Multiscale, USUAL_AXES};
 use super::part::Part;
 use crate::Result;
 use crate::volume::Overrides;
+use crate::volume::channel_window::windowed;
 use crate::volume::layout::placed;
+use crate::volume::levels::noted;
 use crate::volume::units::{metres, symbol};
 use fovol_core::{Contents, Placement, Space, Volume};
 use glam::{DMat3, DVec3};
@@ -62,12 +64,7 @@ impl Image<'_> {
         let geometry = Geometry::of(&image.levels[level], &image.units, part.axes.space);
         let volume = part.volume(overrides, geometry.spacing, contents)?.with_format("OME-Zarr");
         let volume = geometry.place(self.hierarchy, volume, overrides)?;
-        let volume = match level {
-            0 => volume,
-            _ if chosen.is_some() => volume,
-            _ => volume.with_note("finer levels of resolution need more than half of the available memory"),
-        };
-        windowed(volume)
+        Ok(windowed(noted(volume, level, chosen.is_some())))
     }
 
     fn malformed(&self, problem: &str) -> crate::Error {
@@ -113,18 +110,6 @@ impl Image<'_> {
         let axes = Axes::named(&axes, &array.shape).map_err(|problem| self.malformed(&problem))?;
         Ok(Part { chunked: Chunked { hierarchy: self.hierarchy, path, array }, axes })
     }
-}
-
-/// Shows the window that the file gives to the channel.
-fn windowed(volume: Volume) -> Result<Volume> {
-    let contents = volume.contents();
-    let window = contents.displays.get(contents.channel).and_then(|display| display.window);
-    let Some([low, high]) = window.filter(|_| !contents.are_labels) else { return Ok(volume) };
-    let note = format!("its window {low} to {high} of the channel is shown; --range LO,HI sets another");
-    Ok(match volume.clone().with_range([low, high]) {
-        Ok(volume) => volume.with_note(note),
-        Err(_) => volume,
-    })
 }
 
 /// Distances of voxels, position of the first, and their unit.

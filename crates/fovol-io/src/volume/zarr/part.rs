@@ -6,11 +6,9 @@ use super::window::Window;
 use crate::Result;
 use crate::volume::Overrides;
 use crate::volume::layout::Layout;
-use fovol_core::{Contents, Volume, memory};
+use crate::volume::levels::fits;
+use fovol_core::{Contents, Volume};
 use std::sync::Arc;
-
-/// Bytes that a level may have where the memory of the system is not known.
-const USUAL_MEMORY: u64 = 8 << 30;
 
 /// An array and the meaning of its axes.
 pub struct Part<'a> {
@@ -42,8 +40,7 @@ impl Part<'_> {
         let length = dims.iter().chain([&components, &dtype.size()]).try_fold(1u64, |product, &factor| {
             product.checked_mul(factor as u64)
         });
-        let limit = memory::available().unwrap_or(USUAL_MEMORY) / 2;
-        length.is_some_and(|length| length <= limit) && dims.iter().all(|&dim| dim <= fovol_core::MAX_DIM)
+        length.is_some_and(fits) && dims.iter().all(|&dim| dim <= fovol_core::MAX_DIM)
     }
 
     /// Reads the time point and channel that `overrides` choose, at this `spacing`. `contents` describes the rest of

@@ -24,9 +24,9 @@ pub enum Node {
 /// Names of the files of chunks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Keys {
-    /// What precedes the numbers.
+    /// Text before the numbers.
     pub prefix: &'static str,
-    /// What stands between them.
+    /// Character between them.
     pub separator: char,
 }
 

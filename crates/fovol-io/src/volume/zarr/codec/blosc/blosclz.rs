@@ -4,7 +4,7 @@
 const LONGEST_SHORT: usize = 8191;
 
 /// Lengths of repeats that a control byte holds; longer ones have more bytes.
-const LONGEST_IN_CONTROL: usize = 8;
+const LONGEST_IN_CONTROL: usize = 9;
 
 /// Unpacks `packed` into `out`, and returns how many bytes it holds; none if it is damaged.
 pub fn decode(packed: &[u8], out: &mut [u8]) -> Option<usize> {
