@@ -37,6 +37,8 @@ PROGRAM = ["cargo", "run", "--release", "-q", "-p", "fovol-io", "--example", "de
 TYPES = ["u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f2", "f4", "f8"]
 # One in so many values of a sample is written down.
 EVERY = 7
+# Bytes of the largest sample.
+LARGEST = 4500
 RANDOM = np.random.default_rng(7)
 warnings.filterwarnings("ignore")
 
@@ -562,6 +564,9 @@ def samples():
                     zipped(case.path, SAMPLES / name, zipfile.ZIP_DEFLATED, "")
                 else:
                     (SAMPLES / name).write_bytes(case.path.read_bytes())
+                if (SAMPLES / name).stat().st_size > LARGEST:
+                    (SAMPLES / name).unlink()
+                    continue
                 kept.setdefault(name, []).append(described(case))
     lines = (f"{json.dumps(name)}: {json.dumps(found, separators=(',', ':'))}" for name, found in sorted(kept.items()))
     (SAMPLES / "values.json").write_text("{\n" + ",\n".join(lines) + "\n}\n")

@@ -15,9 +15,9 @@ mod format;
 #[cfg(feature = "hdf5")]
 mod hdf5;
 mod layout;
+mod legacy_vtk;
 #[cfg(any(feature = "hdf5", feature = "zarr"))]
 mod levels;
-mod legacy_vtk;
 mod metaimage;
 #[cfg(feature = "hdf5")]
 mod netcdf;

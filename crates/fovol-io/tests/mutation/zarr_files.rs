@@ -18,9 +18,19 @@ pub fn archive(text: &[u8]) -> Vec<u8> {
         let numbers = [0, content.len() as u32, content.len() as u32].map(u32::to_le_bytes).concat();
         let lengths = [(name.len() as u16).to_le_bytes(), [0; 2]].concat();
         let offset = (out.len() as u32).to_le_bytes();
-        out.extend([b"PK\x03\x04\x14\0\0\0\0\0\0\0\0\0".as_slice(), &numbers, &lengths, name, content].concat());
+        out.extend(
+            [b"PK\x03\x04\x14\0\0\0\0\0\0\0\0\0".as_slice(), &numbers, &lengths, name, content].concat(),
+        );
         directory.extend(
-            [b"PK\x01\x02\x14\0\x14\0\0\0\0\0\0\0\0\0".as_slice(), &numbers, &lengths, &[0; 10], &offset, name].concat(),
+            [
+                b"PK\x01\x02\x14\0\x14\0\0\0\0\0\0\0\0\0".as_slice(),
+                &numbers,
+                &lengths,
+                &[0; 10],
+                &offset,
+                name,
+            ]
+            .concat(),
         );
         count += 1;
     }

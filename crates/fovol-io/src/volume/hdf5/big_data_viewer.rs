@@ -36,18 +36,20 @@ pub fn parse(file: &File<'_>, overrides: &Overrides) -> Result<Option<Volume>> {
     }
     let Some((level, dataset)) = shown else { return Ok(None) };
     let levels = factors.len();
-    let contents =
-        Contents { times: times.len(), time, channels: setups, channel, levels, level, ..Contents::default() };
+    let contents = Contents {
+        times: times.len(),
+        time,
+        channels: setups,
+        channel,
+        levels,
+        level,
+        ..Contents::default()
+    };
     let volume = volume(file, &dataset, factors[level], contents)?;
     Ok(Some(noted(volume, level, chosen.is_some())))
 }
 
-fn volume(
-    file: &File<'_>,
-    dataset: &Dataset,
-    factors: [f64; 3],
-    contents: Contents,
-) -> Result<Volume> {
+fn volume(file: &File<'_>, dataset: &Dataset, factors: [f64; 3], contents: Contents) -> Result<Volume> {
     let source = file.source;
     let element = Element::of(dataset.dtype())
         .map_err(|problem| source.unsupported(format!("its values are {problem}")))?;

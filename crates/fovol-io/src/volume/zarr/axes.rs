@@ -1,8 +1,8 @@
 //! Which axes of an array are x, y, z, time, channels and components.
 
 use crate::volume::array_axes::ArrayAxes;
-use crate::volume::cf::Described;
 use crate::volume::array_axes::shown;
+use crate::volume::cf::Described;
 
 /// The meaning of the axes of an array, by their numbers.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -22,7 +22,8 @@ pub struct Axes {
 /// Names of axes, by their meaning.
 const X: [&str; 4] = ["x", "lon", "longitude", "easting"];
 const Y: [&str; 4] = ["y", "lat", "latitude", "northing"];
-const Z: [&str; 10] = ["z", "depth", "lev", "level", "plane", "slice", "height", "altitude", "pressure", "plev"];
+const Z: [&str; 10] =
+    ["z", "depth", "lev", "level", "plane", "slice", "height", "altitude", "pressure", "plev"];
 const TIME: [&str; 4] = ["t", "time", "times", "frame"];
 const CHANNEL: [&str; 4] = ["c", "channel", "channels", "band"];
 

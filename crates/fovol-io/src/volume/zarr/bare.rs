@@ -11,7 +11,9 @@ use super::window::Window;
 use crate::Result;
 use crate::volume::Overrides;
 use crate::volume::array_axes::ArrayAxes;
-use crate::volume::cf::{Attribute, Attributes, Coordinate, Spaced, stated_spacing, unpacked, with_spacing_notes};
+use crate::volume::cf::{
+    Attribute, Attributes, Coordinate, Spaced, stated_spacing, unpacked, with_spacing_notes,
+};
 use fovol_core::{Contents, Volume};
 use serde_json::Value;
 
@@ -36,9 +38,9 @@ impl Bare<'_> {
     pub fn axes(&self) -> std::result::Result<Axes, String> {
         let array = self.array;
         let first = array.names.first().and_then(Option::as_deref);
-        let units = first.and_then(|name| self.coordinate_array(name)).and_then(|found| {
-            Some(found.attributes.get("units")?.as_str()?.to_owned())
-        });
+        let units = first
+            .and_then(|name| self.coordinate_array(name))
+            .and_then(|found| Some(found.attributes.get("units")?.as_str()?.to_owned()));
         Axes::guessed(&array.names, &array.shape, units)
     }
 
@@ -71,7 +73,11 @@ impl Bare<'_> {
             let found = self.coordinate_array(name)?;
             let values = self.values(name, &found)?;
             let units = found.attributes.get("units").and_then(Value::as_str).map(str::to_owned);
-            (values.len() == self.array.shape[axis?]).then(|| Coordinate { name: name.to_owned(), values, units })
+            (values.len() == self.array.shape[axis?]).then(|| Coordinate {
+                name: name.to_owned(),
+                values,
+                units,
+            })
         });
         Spaced::from_coordinates(&along)
     }
@@ -97,7 +103,8 @@ impl Bare<'_> {
         }
         let window = Window { ranges: vec![0..count], strides: vec![size], base: 0 };
         let path = self.beside(name)?;
-        let bytes = Chunked { hierarchy: self.hierarchy, path: &path, array }.read(&window, count * size).ok()?;
+        let bytes =
+            Chunked { hierarchy: self.hierarchy, path: &path, array }.read(&window, count * size).ok()?;
         let mut values = Vec::with_capacity(count);
         reals(&bytes, array.element, |value| values.push(value));
         Some(values)
@@ -109,7 +116,8 @@ pub fn attributes(array: &Array) -> Attributes {
     let mut found = attributes_of(&array.attributes);
     if array.fill_is_missing {
         let mark = &mut found.0;
-        mark.entry("_FillValue".into()).or_insert_with(|| Attribute::Numbers(number(&array.fill, array.element)));
+        mark.entry("_FillValue".into())
+            .or_insert_with(|| Attribute::Numbers(number(&array.fill, array.element)));
     }
     found
 }

@@ -243,11 +243,17 @@ fn holds_values(
             chain.decode(packed, length_of(shape, size)?, &mut scratch)?;
             Ok(true)
         }
-        Layout::Shards(shards) => holds_values_in_shards(shards, size, &chain.unpacked(packed, &mut scratch)?),
+        Layout::Shards(shards) => {
+            holds_values_in_shards(shards, size, &chain.unpacked(packed, &mut scratch)?)
+        }
     }
 }
 
-fn holds_values_in_shards(shards: &Shards, size: usize, blob: &dyn Blob) -> std::result::Result<bool, String> {
+fn holds_values_in_shards(
+    shards: &Shards,
+    size: usize,
+    blob: &dyn Blob,
+) -> std::result::Result<bool, String> {
     let Some(place) = shards.places(blob)?.into_iter().flatten().next() else { return Ok(false) };
     let mut buffer = Vec::new();
     let bytes = blob.part(place, &mut buffer).map_err(|e| e.to_string())?;

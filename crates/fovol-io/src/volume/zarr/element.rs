@@ -86,8 +86,9 @@ pub fn reals(bytes: &[u8], element: Element, mut visit: impl FnMut(f64)) {
 pub fn fill(value: Option<&Value>, element: Element) -> Result<Vec<u8>, String> {
     let mut bytes = match value {
         None | Some(Value::Null) => vec![0; element.size()],
-        Some(value) => encoded(value, element.dtype)
-            .ok_or_else(|| format!("has the fill value {value}, which is no {}; write it again", element.dtype))?,
+        Some(value) => encoded(value, element.dtype).ok_or_else(|| {
+            format!("has the fill value {value}, which is no {}; write it again", element.dtype)
+        })?,
     };
     if element.endian == Endian::Big {
         bytes.reverse();

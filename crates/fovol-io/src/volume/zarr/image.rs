@@ -137,7 +137,9 @@ impl Geometry {
             },
             _ => 1.0,
         });
-        let value = |values: &[f64], at: usize| space[at].and_then(|axis| values.get(axis)).map(|value| value * factors[at]);
+        let value = |values: &[f64], at: usize| {
+            space[at].and_then(|axis| values.get(axis)).map(|value| value * factors[at])
+        };
         let steps: [Option<f64>; 3] = std::array::from_fn(|at| value(&level.scale, at));
         let is_sound = |step: &f64| step.is_finite() && step.abs() > 0.0;
         if steps.iter().flatten().any(|step| !is_sound(step)) {
@@ -196,7 +198,8 @@ mod tests {
 
     #[test]
     fn units_are_those_of_x() {
-        let found = geometry(&[2000.0, 0.5, 0.25], &[100.0, 1.0, 2.0], &["nanometer", "micrometer", "micrometer"]);
+        let found =
+            geometry(&[2000.0, 0.5, 0.25], &[100.0, 1.0, 2.0], &["nanometer", "micrometer", "micrometer"]);
         assert_eq!((found.spacing, found.units.as_deref()), ([0.25, 0.5, 2.0], Some("µm")));
         assert_eq!(found.origin, Some([2.0, 1.0, 0.1]));
         let found = geometry(&[2.0, 1.0, 1.0], &[], &["parsec", "furlong", "micrometer"]);

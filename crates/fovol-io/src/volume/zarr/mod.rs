@@ -47,7 +47,9 @@ pub fn parse_folder(path: &Path, overrides: &Overrides) -> Result<Volume> {
         let source = Source::from_bytes(path, Vec::new());
         let folder = Folder::new(parent.to_owned());
         let hierarchy = Hierarchy { source: &source, store: &folder };
-        if let Some((entry @ Entry { content: Content::Image(_), .. }, Some(level))) = entry_at(&hierarchy, name)? {
+        if let Some((entry @ Entry { content: Content::Image(_), .. }, Some(level))) =
+            entry_at(&hierarchy, name)?
+        {
             return volume(&hierarchy, &entry, Some(level), overrides, Contents::default());
         }
     }
@@ -86,7 +88,9 @@ fn parse(source: &Source, store: &dyn Store, overrides: &Overrides) -> Result<Vo
     };
     let flag = overrides.level.filter(|flag| level.is_some_and(|level| level != *flag));
     if let Some(flag) = flag {
-        return Err(source.malformed(format!("--array {chosen} is another level than --level {flag}; leave one out")));
+        return Err(
+            source.malformed(format!("--array {chosen} is another level than --level {flag}; leave one out"))
+        );
     }
     volume(&hierarchy, &entry, level, overrides, listed(names(), chosen))
 }
@@ -107,10 +111,12 @@ fn shown(hierarchy: &Hierarchy<'_>, found: &[Entry]) -> Result<usize> {
     if let Some(image) = found.iter().position(|entry| is_image(entry) && !entry.is_label()) {
         return Ok(image);
     }
-    let arrays = || found.iter().map(|entry| match &entry.content {
-        Content::Array(Ok(array)) => Some(Bare { hierarchy, path: &entry.path, array }),
-        _ => None,
-    });
+    let arrays = || {
+        found.iter().map(|entry| match &entry.content {
+            Content::Array(Ok(array)) => Some(Bare { hierarchy, path: &entry.path, array }),
+            _ => None,
+        })
+    };
     let described: Vec<_> = arrays().flatten().map(|bare| attributes(bare.array)).collect();
     let auxiliary = auxiliary(described.iter());
     let axes: Vec<_> = arrays()
@@ -122,12 +128,12 @@ fn shown(hierarchy: &Hierarchy<'_>, found: &[Entry]) -> Result<usize> {
         (Some(index), _) => Ok(index),
         // An array alone says what is wrong with it.
         (None, [_]) => Ok(0),
-        (None, []) => {
-            Err(hierarchy.source.unsupported("it holds no arrays of Zarr; is the name right, and the copy whole?"))
-        }
-        (None, _) => Err(hierarchy
+        (None, []) => Err(hierarchy
             .source
-            .unsupported("none of its arrays is a volume; save one with the axes z, y, x, or name one by --array PATH")),
+            .unsupported("it holds no arrays of Zarr; is the name right, and the copy whole?")),
+        (None, _) => Err(hierarchy.source.unsupported(
+            "none of its arrays is a volume; save one with the axes z, y, x, or name one by --array PATH",
+        )),
     }
 }
 
@@ -140,9 +146,8 @@ fn volume(
 ) -> Result<Volume> {
     let path = entry.path.as_str();
     match &entry.content {
-        Content::Image(attributes) => {
-            Image { hierarchy, path, attributes, is_label: entry.is_label() }.volume(overrides, level, contents)
-        }
+        Content::Image(attributes) => Image { hierarchy, path, attributes, is_label: entry.is_label() }
+            .volume(overrides, level, contents),
         Content::Array(Ok(array)) => Bare { hierarchy, path, array }.volume(overrides, contents),
         Content::Array(Err(problem)) => Err(hierarchy.malformed(path, problem)),
     }

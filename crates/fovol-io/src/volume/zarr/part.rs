@@ -37,9 +37,10 @@ impl Part<'_> {
     /// Whether a volume of it fits in half of the available memory: what renders it needs the rest.
     pub fn fits(&self) -> bool {
         let Layout { dims, components, dtype, .. } = self.layout();
-        let length = dims.iter().chain([&components, &dtype.size()]).try_fold(1u64, |product, &factor| {
-            product.checked_mul(factor as u64)
-        });
+        let length = dims
+            .iter()
+            .chain([&components, &dtype.size()])
+            .try_fold(1u64, |product, &factor| product.checked_mul(factor as u64));
         length.is_some_and(fits) && dims.iter().all(|&dim| dim <= fovol_core::MAX_DIM)
     }
 
@@ -71,11 +72,8 @@ impl Part<'_> {
         let [x, y, _] = self.axes.dims(&array.shape);
         let value = array.element.size();
         let voxel = value * self.counts()[2];
-        let mut window = Window {
-            ranges: vec![0..1; array.shape.len()],
-            strides: vec![0; array.shape.len()],
-            base: 0,
-        };
+        let mut window =
+            Window { ranges: vec![0..1; array.shape.len()], strides: vec![0; array.shape.len()], base: 0 };
         let steps = [voxel, voxel * x, voxel * x * y];
         let of_space = self.axes.space.into_iter().zip(steps);
         for (axis, step) in of_space.chain([(self.axes.component, value)]) {

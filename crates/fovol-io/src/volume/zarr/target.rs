@@ -98,7 +98,8 @@ impl<'a> Target<'a> {
         let end = to + (axis.count - 1) * axis.to + N;
         assert!(end <= self.length, "a chunk leaves the volume");
         for index in 0..axis.count {
-            let value: &[u8; N] = values[index * axis.from..].first_chunk().expect("a chunk has all its values");
+            let value: &[u8; N] =
+                values[index * axis.from..].first_chunk().expect("a chunk has all its values");
             // SAFETY: the last of these places is within the buffer, as was just asserted, and our caller promises that
             // nobody else uses them.
             unsafe { self.start.add(to + index * axis.to).cast::<[u8; N]>().write_unaligned(*value) };

@@ -25,7 +25,8 @@ impl Window {
 
     /// The chunks of shape `chunk` that it touches.
     pub fn chunks(&self, chunk: &[usize]) -> Chunks {
-        let touched = |(range, &length): (&Range<usize>, &usize)| range.start / length..(range.end - 1) / length + 1;
+        let touched =
+            |(range, &length): (&Range<usize>, &usize)| range.start / length..(range.end - 1) / length + 1;
         Chunks { ranges: self.ranges.iter().zip(chunk).map(touched).collect() }
     }
 

@@ -19,7 +19,10 @@ pub enum Compression {
     /// Bytes of equal place in their values together; the size of a value.
     Shuffle(usize),
     /// Four bytes of a checksum, behind the bytes or before them.
-    Checksum { kind: Checksum, is_behind: bool },
+    Checksum {
+        kind: Checksum,
+        is_behind: bool,
+    },
 }
 
 /// Kinds of checksums.
@@ -226,7 +229,9 @@ mod tests {
     fn more_than_can_be_packed_is_refused() {
         let mut out = Vec::new();
         let lz4 = [&(1u32 << 30).to_le_bytes()[..], &[0; 9]].concat();
-        for (codec, packed) in [(Compression::Lz4, &lz4[..]), (Compression::Zstd, &[0x28, 0xB5, 0x2F, 0xFD][..])] {
+        for (codec, packed) in
+            [(Compression::Lz4, &lz4[..]), (Compression::Zstd, &[0x28, 0xB5, 0x2F, 0xFD][..])]
+        {
             assert!(codec.decode(packed, &mut out, usize::MAX).is_err());
             assert!(out.capacity() < 1 << 20);
         }

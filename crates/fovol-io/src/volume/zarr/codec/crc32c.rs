@@ -37,7 +37,8 @@ pub fn sum(bytes: &[u8]) -> u32 {
     let (eights, rest) = bytes.as_chunks::<8>();
     let crc = eights.iter().fold(!0u32, |crc, eight| {
         let [a, b, c, d] = crc.to_le_bytes();
-        let mixed = [eight[0] ^ a, eight[1] ^ b, eight[2] ^ c, eight[3] ^ d, eight[4], eight[5], eight[6], eight[7]];
+        let mixed =
+            [eight[0] ^ a, eight[1] ^ b, eight[2] ^ c, eight[3] ^ d, eight[4], eight[5], eight[6], eight[7]];
         mixed.iter().enumerate().fold(0, |crc, (place, &byte)| crc ^ TABLES[7 - place][usize::from(byte)])
     });
     !rest.iter().fold(crc, |crc, &byte| (crc >> 8) ^ TABLES[0][usize::from(crc as u8 ^ byte)])

@@ -29,7 +29,8 @@ impl Filter {
     pub fn of(name: &str, said: &Value, element: Element, parse: Parse) -> Result<Option<Self>, String> {
         let number = |key: &str| said.get(key).and_then(Value::as_f64);
         let values = said.get("dtype").map_or(Ok(element), parse);
-        let stored = |values: Element| said.get("astype").filter(|name| !name.is_null()).map_or(Ok(values), parse);
+        let stored =
+            |values: Element| said.get("astype").filter(|name| !name.is_null()).map_or(Ok(values), parse);
         Ok(Some(match name {
             "quantize" | "bitround" => Self::Rounded(element),
             "delta" => Self::Delta { stored: stored(values.clone()?)?, values: values? },

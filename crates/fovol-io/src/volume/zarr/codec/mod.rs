@@ -78,7 +78,12 @@ impl Chain {
             // A compressor may stand among the filters, behind those of values.
             match Filter::of(&name(filter), filter, element, of_numpy)? {
                 Some(found) if chain.compressions.is_empty() => chain.filters.push(found),
-                Some(_) => return Err(format!("has the filter `{}` behind a compressor; write it again", name(filter))),
+                Some(_) => {
+                    return Err(format!(
+                        "has the filter `{}` behind a compressor; write it again",
+                        name(filter)
+                    ));
+                }
                 None => chain.compressions.push(Compression::of(&name(filter), filter)?),
             }
         }
@@ -150,14 +155,18 @@ impl Shards {
             return Err(wrong());
         }
         let counts: Vec<usize> = shape.iter().zip(&chunk).map(|(length, part)| length / part).collect();
-        let list = |key: &str| configured(codec, key).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+        let list =
+            |key: &str| configured(codec, key).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
         let (inner, element) = Self::inner(&chunk, dtype, list("codecs"))?;
         let (index, index_element) = Self::inner(&[counts.len()], Dtype::U64, list("index_codecs"))?;
         if index.fixed_length(0).is_none() {
             return Err("has a packed index of its shards, which is not read; write it without that".into());
         }
         let is_index_first = configured(codec, "index_location").and_then(Value::as_str) == Some("start");
-        Ok((Self { chunk, counts, inner, index, index_endian: index_element.endian, is_index_first }, element))
+        Ok((
+            Self { chunk, counts, inner, index, index_endian: index_element.endian, is_index_first },
+            element,
+        ))
     }
 
     fn inner(chunk: &[usize], dtype: Dtype, codecs: &[Value]) -> Result<(Chain, Element), String> {

@@ -81,11 +81,7 @@ pub fn product(lengths: &[usize]) -> Option<usize> {
 /// Checks that `shape` and `chunk` have the same axes, no more than usual, and that chunks are not empty.
 fn check_shapes(shape: &[usize], chunk: &[usize]) -> Result<(), String> {
     if shape.len() != chunk.len() {
-        return Err(format!(
-            "has {} axes, but its chunks have {}; write it again",
-            shape.len(),
-            chunk.len()
-        ));
+        return Err(format!("has {} axes, but its chunks have {}; write it again", shape.len(), chunk.len()));
     }
     if shape.len() > MOST_AXES {
         return Err(format!("has {} axes; no more than {MOST_AXES} are read", shape.len()));

@@ -34,10 +34,16 @@ fn parsed(said: &Object, attributes: Object) -> Result<Array, String> {
     Ok(Array {
         fill: element::fill(fill_value, element)?,
         fill_is_missing: names.is_some() && fill_value.is_some_and(|value| !value.is_null()),
-        names: names.map(|names| names.iter().map(|name| name.as_str().map(str::to_owned)).collect()).unwrap_or_default(),
+        names: names
+            .map(|names| names.iter().map(|name| name.as_str().map(str::to_owned)).collect())
+            .unwrap_or_default(),
         keys: Keys {
             prefix: "",
-            separator: if said.get("dimension_separator").and_then(Value::as_str) == Some("/") { '/' } else { '.' },
+            separator: if said.get("dimension_separator").and_then(Value::as_str) == Some("/") {
+                '/'
+            } else {
+                '.'
+            },
         },
         shape,
         chunk,

@@ -27,7 +27,10 @@ fn array(said: &Object, attributes: Object) -> Result<Array, String> {
     let shape = whole_numbers(said.get("shape")).ok_or_else(|| wrong("shape"))?;
     let grid = said.get("chunk_grid").ok_or_else(|| wrong("chunk_grid"))?;
     if named(grid) != "regular" {
-        return Err(format!("has a chunk grid `{}`, which is not read; write it with regular chunks", named(grid)));
+        return Err(format!(
+            "has a chunk grid `{}`, which is not read; write it with regular chunks",
+            named(grid)
+        ));
     }
     let chunk = whole_numbers(configured(grid, "chunk_shape")).ok_or_else(|| wrong("chunk_grid"))?;
     check_shapes(&shape, &chunk)?;
@@ -59,7 +62,9 @@ fn keys(encoding: &Value) -> Result<Keys, String> {
     let (prefix, usual) = match named(encoding) {
         "default" | "" => ("c", '/'),
         "v2" => ("", '.'),
-        other => return Err(format!("names its chunks by `{other}`, which is not read; write it by `default`")),
+        other => {
+            return Err(format!("names its chunks by `{other}`, which is not read; write it by `default`"));
+        }
     };
     let separator = match configured(encoding, "separator").and_then(Value::as_str) {
         Some("/") => '/',

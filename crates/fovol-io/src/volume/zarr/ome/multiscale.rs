@@ -118,7 +118,8 @@ mod tests {
         let found = Multiscale::of(ome.as_object().unwrap()).unwrap();
         assert_eq!(found.axes.unwrap(), ["z", "y", "t"].map(|name| Some(name.to_owned())));
         assert_eq!(found.units[0].as_deref(), Some("micrometer"));
-        let level = Level { path: "0".into(), scale: vec![10.0, 2.0, 2.0], translation: vec![10.0, 1.0, 0.5] };
+        let level =
+            Level { path: "0".into(), scale: vec![10.0, 2.0, 2.0], translation: vec![10.0, 1.0, 0.5] };
         assert_eq!(found.levels, [level]);
     }
 

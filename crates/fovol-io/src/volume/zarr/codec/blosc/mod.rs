@@ -38,7 +38,8 @@ impl Header {
         let [version, _, flags, size, numbers @ ..] = packed.first_chunk::<HEADER>()?;
         let number = |at: usize| Some(u32::from_le_bytes(*numbers[at..].first_chunk()?) as usize);
         let (length, block, whole) = (number(0)?, number(4)?, number(8)?);
-        let is_sound = (1..=2).contains(version) && *size > 0 && whole <= packed.len() && (block > 0 || length == 0);
+        let is_sound =
+            (1..=2).contains(version) && *size > 0 && whole <= packed.len() && (block > 0 || length == 0);
         is_sound.then_some(Self { flags: *flags, size: usize::from(*size), length, block: block.max(1) })
     }
 }

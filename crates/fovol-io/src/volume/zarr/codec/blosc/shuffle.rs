@@ -57,7 +57,9 @@ pub fn unshuffle_bits(shuffled: &[u8], out: &mut [u8], size: usize) {
 
 /// The transpose of 8 × 8 bits: row i is byte i. From Hacker's Delight, section 7-3.
 fn transposed(mut bits: u64) -> u64 {
-    for (shift, mask) in [(7, 0x00AA_00AA_00AA_00AA), (14, 0x0000_CCCC_0000_CCCC), (28, 0x0000_0000_F0F0_F0F0)] {
+    for (shift, mask) in
+        [(7, 0x00AA_00AA_00AA_00AA), (14, 0x0000_CCCC_0000_CCCC), (28, 0x0000_0000_F0F0_F0F0)]
+    {
         let swapped = (bits ^ (bits >> shift)) & mask;
         bits ^= swapped ^ (swapped << shift);
     }
