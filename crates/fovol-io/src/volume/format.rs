@@ -272,6 +272,18 @@ mod tests {
     }
 
     #[test]
+    #[cfg(not(feature = "zarr"))]
+    fn builds_without_zarr_name_the_feature() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("zarr.json"), "{}").unwrap();
+        let of_folder = read_folder(folder.path(), &Overrides::default()).unwrap_err();
+        let of_archive = parser_of(&Source::from_bytes(Path::new("a.zarr.zip"), b"PK\x03\x04".to_vec()));
+        for error in [of_folder, of_archive.unwrap_err()] {
+            assert!(error.to_string().contains("feature `zarr`"), "{error}");
+        }
+    }
+
+    #[test]
     #[cfg(not(feature = "dicom"))]
     fn the_missing_feature_is_named() {
         let bytes = [b"II*\0", &[0; 124][..], b"DICM"].concat();

@@ -2,9 +2,9 @@
 //!
 //! Source: <https://imagej.net/plugins/bdv/#about-the-bigdataviewer-data-format>.
 
-use super::element::Element;
+use super::element::{Element, unsigned};
 use super::file::File;
-use super::{unsigned, voxels};
+use super::voxels;
 use crate::Result;
 use crate::volume::Overrides;
 use crate::volume::layout::Layout;

@@ -16,6 +16,7 @@ use super::cf::{Attributes, Described, Spaced, auxiliary, stated_spacing, unpack
 use super::layout::Layout;
 use super::{Overrides, Source};
 use crate::Result;
+pub use element::unsigned;
 use element::{Element, check_bits};
 use file::{File, Named, attributes};
 use fovol_core::{Contents, Dtype, Volume};
@@ -163,17 +164,6 @@ impl<'a> Candidate<'a> {
 
     fn spaced(&self, axes: &ArrayAxes) -> Option<Spaced> {
         stated_spacing(&self.attributes).or_else(|| spacing::of_scales(&self.scales, axes))
-    }
-}
-
-/// The unsigned integer of the size of `dtype`.
-pub fn unsigned(dtype: Dtype) -> Dtype {
-    match dtype {
-        Dtype::I8 => Dtype::U8,
-        Dtype::I16 => Dtype::U16,
-        Dtype::I32 => Dtype::U32,
-        Dtype::I64 => Dtype::U64,
-        other => other,
     }
 }
 
