@@ -57,7 +57,7 @@ pub use camera_path::{CameraPath, Keyframe};
 pub use child_process::ChildProcess;
 pub use clip_box::ClipBox;
 pub use clip_planes::{ClipPlane, ClipPlanes};
-pub use contents::{Contents, Label};
+pub use contents::{ChannelDisplay, Contents, Label};
 pub use error::{Error, Result};
 pub use fovea::Fovea;
 pub use frame::{Frame, FrameSize, MAX_FRAME_SIDE};

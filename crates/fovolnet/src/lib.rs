@@ -92,6 +92,7 @@
 //! | `files` | yes | volume files, pictures, sessions, XML transfer functions, weights of PyTorch |
 //! | `dicom` | yes | volumes in DICOM |
 //! | `hdf5` | yes | volumes in HDF5 and NetCDF |
+//! | `zarr` | yes | volumes in Zarr and OME-Zarr; needs a C compiler |
 //! | `jpeg-ls` | no | JPEG-LS in DICOM; needs a C++ compiler and CMake |
 //! | `video` | yes | clips: Y4M, and others through an installed ffmpeg |
 //! | `procedural` | yes | volumes that the program makes, such as `head` |

@@ -42,6 +42,7 @@ fn everything(volume: &Path) -> Session {
         component: Some(0),
         channel: Some(0),
         time: Some(0),
+        level: Some(0),
         series: None,
         downsample: Some(1),
     };
@@ -146,6 +147,7 @@ fn steps() -> Vec<Step> {
             ..step("read.channel", |s| s.read.channel = Some(1))
         },
         Step { from: |s| another_file(s, "channels.tif"), ..step("read.time", |s| s.read.time = Some(1)) },
+        Step { from: |s| another_file(s, "levels.zarr"), ..step("read.level", |s| s.read.level = Some(1)) },
         Step {
             from: |s| another_file(s, "scans"),
             ..step("read.series", |s| s.read.series = Some("2".into()))
@@ -305,6 +307,33 @@ fn voxels() -> Vec<u8> {
     (0..4096).flat_map(|i| value(i).to_le_bytes()).collect()
 }
 
+/// Writes an OME-Zarr volume of two levels to `folder`: 8 by 8 by 8 voxels, and 4 by 4 by 4.
+fn write_levels(folder: &Path) {
+    let axes = r#"[{"name":"z","type":"space"},{"name":"y","type":"space"},{"name":"x","type":"space"}]"#;
+    let level = |path: usize| {
+        let scale = 1 << path;
+        format!(
+            r#"{{"path":"{path}","coordinateTransformations":[{{"type":"scale","scale":[{scale},{scale},{scale}]}}]}}"#
+        )
+    };
+    let multiscales =
+        format!(r#"[{{"version":"0.4","axes":{axes},"datasets":[{},{}]}}]"#, level(0), level(1));
+    std::fs::create_dir(folder).unwrap();
+    std::fs::write(folder.join(".zgroup"), r#"{"zarr_format":2}"#).unwrap();
+    std::fs::write(folder.join(".zattrs"), format!(r#"{{"multiscales":{multiscales}}}"#)).unwrap();
+    for (path, side) in [(0, 8), (1, 4)] {
+        let array = folder.join(path.to_string());
+        std::fs::create_dir(&array).unwrap();
+        let described = format!(
+            r#"{{"zarr_format":2,"shape":[{side},{side},{side}],"chunks":[{side},{side},{side}],"dtype":"|u1",
+            "compressor":null,"fill_value":0,"order":"C","filters":null}}"#
+        );
+        std::fs::write(array.join(".zarray"), described).unwrap();
+        let values: Vec<u8> = (0..side * side * side).map(|i| (i * (7 + path) % 251) as u8).collect();
+        std::fs::write(array.join("0.0.0"), values).unwrap();
+    }
+}
+
 /// Writes files with several arrays, components, channels and time points, and one with NaN, to `folder`.
 fn write_parts(folder: &Path) {
     let plane = |seed: usize| (0..64).map(move |i| ((i * (seed + 3)) % 251) as u8);
@@ -342,6 +371,7 @@ fn write_parts(folder: &Path) {
     ];
     let tiff = [b"II*\0\x08\0\0\0\x08\0", &entries.concat()[..], &[0; 4], &bytes(8), description.as_bytes()];
     std::fs::write(folder.join("channels.tif"), tiff.concat()).unwrap();
+    write_levels(&folder.join("levels.zarr"));
     // DICOM of several series.
     let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fovol-io/tests/dicom_files/several");
     std::fs::create_dir(folder.join("scans")).unwrap();

@@ -1,5 +1,7 @@
 //! Sound files of every kind, as small as they can be and still use every feature.
 
+#[cfg(feature = "zarr")]
+use super::zarr_files;
 use super::{Target, readers, tiff_files, transfer_functions};
 use fovol_core::{Grid, Volume};
 use fovol_io::volume::write;
@@ -56,6 +58,10 @@ pub fn targets(folder: &Path) -> Vec<Target> {
         target("hdf5", "v.h5", samples(".h5")),
         #[cfg(feature = "hdf5")]
         target("netcdf", "v.nc", samples(".nc")),
+        #[cfg(feature = "zarr")]
+        Target { read: readers::zarr, ..target("zarr", "v.zarr.zip", zarr_files::all()) },
+        #[cfg(feature = "zarr")]
+        target("zarr_zip", "v.ozx", zarr_files::all().iter().map(|text| zarr_files::archive(text)).collect()),
         Target { read: readers::file_name, ..target("name", "v", names()) },
         Target { read: readers::folder, ..target("slices", "slices/s2.png", pictures()) },
         Target { read: readers::transfer_function, ..target("tf", "v.tf", transfer_functions::all()) },

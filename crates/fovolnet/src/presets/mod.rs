@@ -2,6 +2,7 @@
 
 mod automatic;
 mod catalogue;
+mod channel_colour;
 mod chosen;
 mod label_colours;
 mod notes;

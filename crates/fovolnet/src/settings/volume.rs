@@ -39,6 +39,9 @@ pub struct VolumeSettings {
     /// Time point to read, if there are several, from 0 on [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
     pub time: Option<usize>,
+    /// Level of resolution to read, if there are several, from 0 on, the finest [default: the finest that fits into memory]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
+    pub level: Option<usize>,
     /// Series of a DICOM folder to read: its UID, or its number from 1 on as `info` lists them [default: the one with most slices]
     #[cfg_attr(feature = "clap", arg(long, value_name = "UID|N"))]
     pub series: Option<String>,
@@ -81,6 +84,7 @@ impl VolumeSettings {
             component: self.component,
             channel: self.channel,
             time: self.time,
+            level: self.level,
             series: self.series.clone(),
         }
     }

@@ -4,8 +4,8 @@ mod header;
 mod records;
 
 use super::array_axes::{ArrayAxes, likeliest};
-use super::cf::{Coordinate, Described, Spaced, auxiliary, unpacked};
-use super::hdf5::{unsigned, with_spacing_notes};
+use super::cf::{Coordinate, Described, Spaced, auxiliary, unpacked, with_spacing_notes};
+use super::hdf5::unsigned;
 use super::layout::Layout;
 use super::{Overrides, Source};
 use crate::Result;
