@@ -3,7 +3,7 @@
 #[cfg(feature = "dicom")]
 use super::dicom;
 use super::{
-    Overrides, Source, legacy_vtk, metaimage, nifti, nrrd, numpy, raw, slice_folder, tiff_stack, vti,
+    Overrides, Source, legacy_vtk, metaimage, nanovdb, nifti, nrrd, numpy, raw, slice_folder, tiff_stack, vdb, vti,
 };
 #[cfg(feature = "hdf5")]
 use super::{hdf5, netcdf};
@@ -133,6 +133,8 @@ fn by_content(bytes: &[u8]) -> Option<Parser> {
         _ if vti::is_vti(bytes) => Some(vti::parse),
         _ if numpy::is_npy(bytes) => Some(numpy::parse),
         _ if numpy::is_npz(bytes) => Some(numpy::parse_npz),
+        _ if vdb::is_vdb(bytes) => Some(vdb::parse),
+        _ if nanovdb::is_nanovdb(bytes) => Some(nanovdb::parse),
         #[cfg(feature = "hdf5")]
         _ if hdf5::is_hdf5(bytes) => Some(hdf5::parse),
         #[cfg(feature = "hdf5")]
@@ -149,10 +151,12 @@ fn by_name(name: &str) -> Option<Parser> {
         _ if ends(&[".nrrd", ".nhdr"]) => Some(nrrd::parse),
         _ if ends(&[".nii", ".hdr"]) => Some(nifti::parse),
         _ if ends(&[".tif", ".tiff"]) => Some(tiff_stack::parse),
-        _ if ends(&[".vti"]) => Some(vti::parse),
+        _ if ends(&[".vti", ".vtr", ".pvti"]) => Some(vti::parse),
         _ if ends(&[".vtk"]) => Some(legacy_vtk::parse),
         _ if ends(&[".npy"]) => Some(numpy::parse),
         _ if ends(&[".npz"]) => Some(numpy::parse_npz),
+        _ if ends(&[".vdb"]) => Some(vdb::parse),
+        _ if ends(&[".nvdb"]) => Some(nanovdb::parse),
         #[cfg(feature = "hdf5")]
         _ if ends(&[".h5", ".hdf5", ".ims", ".nc", ".nc4"]) => Some(hdf5::parse),
         _ => None,
@@ -163,7 +167,8 @@ fn by_name(name: &str) -> Option<Parser> {
 #[cfg(not(feature = "hdf5"))]
 const HDF5: &str = "HDF5 and NetCDF are read only with the cargo feature `hdf5` of fovol-io; build with it, or convert one variable to NRRD or .npy";
 
-const VTK_XML: &str = "only image data is read of VTK's XML files; resample it to .vti, in ParaView for one";
+/// Advice for VTK's files of other data than images.
+const VTK_XML: &str = "it is no image of VTK; make one of it in ParaView: Filters > Resample To Image, then File > Save Data as .vti";
 
 /// Advice for formats that are known but not read, recognised by the first `bytes` of the file.
 fn foreign_content(bytes: &[u8]) -> Option<&'static str> {
@@ -192,11 +197,11 @@ fn foreign_name(name: &str) -> Option<&'static str> {
         () if is_dicom_name(name) => DICOM,
         #[cfg(not(feature = "hdf5"))]
         () if ends(&[".h5", ".hdf5", ".ims", ".nc", ".nc4"]) => HDF5,
-        () if ends(&[".vtu", ".vtp", ".vts", ".vtr", ".vtm", ".pvd", ".pvti"]) => VTK_XML,
+        () if ends(&[".vtu", ".vtp", ".vts", ".vtm", ".pvd", ".pvtu", ".pvtr"]) => VTK_XML,
         () if ends(&[".mgz", ".mgh"]) => {
             "MGH is not read; convert it to NIfTI, with `mri_convert IN.mgz OUT.nii.gz` of FreeSurfer for one"
         }
-        () if ends(&[".vdb", ".slc", ".mnc", ".czi", ".lif", ".am"]) => {
+        () if ends(&[".slc", ".mnc", ".czi", ".lif", ".am"]) => {
             "this format is not read; convert it to NRRD, NIfTI or raw"
         }
         () => return None,

@@ -1,9 +1,11 @@
 //! Volume files.
 
+mod active_box;
 mod affine;
 mod array_axes;
 mod array_path;
 mod arrays;
+mod blosc;
 #[cfg(feature = "hdf5")]
 mod cf;
 mod decompress;
@@ -16,6 +18,7 @@ mod hdf5;
 mod layout;
 mod legacy_vtk;
 mod metaimage;
+mod nanovdb;
 #[cfg(feature = "hdf5")]
 mod netcdf;
 mod nifti;
@@ -25,12 +28,14 @@ mod numpy;
 mod overrides;
 mod payload;
 mod raw;
+mod rectilinear;
 mod series;
 mod slice_folder;
 mod source;
 mod tiff_stack;
 mod units;
 mod unpacked;
+mod vdb;
 mod voxels;
 mod vti;
 mod write;

@@ -1,9 +1,9 @@
 //! Sound files of every kind, as small as they can be and still use every feature.
 
-use super::{Target, readers, tiff_files, transfer_functions};
+use super::{FREE_MEMORY, MEMORY_PER_BYTE, Target, readers, tiff_files, transfer_functions};
 use fovol_core::{Grid, Volume};
 use fovol_io::volume::write;
-use std::io::{Cursor, Write};
+use std::io::{Cursor, Read, Write};
 use std::path::Path;
 
 /// Files of DICOM in every encoding, by `tests/reference/dicom.py references`.
@@ -29,7 +29,14 @@ pub fn targets(folder: &Path) -> Vec<Target> {
         std::fs::write(slices.join(name), picture(image::ImageFormat::Png))
             .expect("the folder can be written");
     }
-    let target = |name, file, seeds| Target { name, file, seeds, read: readers::volume };
+    let target = |name, file, seeds| Target {
+        name,
+        file,
+        seeds,
+        read: readers::volume,
+        free_memory: FREE_MEMORY,
+        memory_per_byte: MEMORY_PER_BYTE,
+    };
     vec![
         target("raw", "v_4x3x2_uint16.raw.gz", vec![gzip(&voxels), voxels.clone()]),
         target("dat", "v.dat", dat()),
@@ -43,7 +50,9 @@ pub fn targets(folder: &Path) -> Vec<Target> {
         target("nifti_gz", "v.nii.gz", nifti().iter().map(|seed| gzip(seed)).collect()),
         target("nifti_pair", "p.hdr", nifti_pair()),
         target("vti", "v.vti", [vti(), written(".vti")].concat()),
-        target("vtk", "v.vtk", vtk()),
+        target("vtr", "v.vtr", vtk_samples(folder, ".vtr")),
+        target("pvti", "v.pvti", vtk_samples(folder, ".pvti")),
+        target("vtk", "v.vtk", [vtk(), vtk_samples(folder, ".vtk")].concat()),
         target("tiff", "v.tif", tiff_files::all()),
         target("dicom", "v.dcm", dicom()),
         Target {
@@ -56,6 +65,8 @@ pub fn targets(folder: &Path) -> Vec<Target> {
         target("hdf5", "v.h5", samples(".h5")),
         #[cfg(feature = "hdf5")]
         target("netcdf", "v.nc", samples(".nc")),
+        Target { free_memory: 300 << 20, memory_per_byte: 10_000, ..target("vdb", "v.vdb", packed(".vdb.gz")) },
+        Target { free_memory: 300 << 20, memory_per_byte: 10_000, ..target("nvdb", "v.nvdb", packed(".nvdb.gz")) },
         Target { read: readers::file_name, ..target("name", "v", names()) },
         Target { read: readers::folder, ..target("slices", "slices/s2.png", pictures()) },
         Target { read: readers::transfer_function, ..target("tf", "v.tf", transfer_functions::all()) },
@@ -126,9 +137,34 @@ fn written(ending: &str) -> Vec<Vec<u8>> {
     }
 }
 
-/// Files with this `ending` that other programs wrote.
+/// Arrays with this `ending` that other programs wrote.
 fn samples(ending: &str) -> Vec<Vec<u8>> {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/array_files"));
+    files("array_files", ending)
+}
+
+/// Files of OpenVDB with this `ending`, unpacked. Longer ones would be cut.
+fn packed(ending: &str) -> Vec<Vec<u8>> {
+    let unpacked = |file: Vec<u8>| {
+        let mut out = Vec::new();
+        flate2::read::GzDecoder::new(&*file).read_to_end(&mut out).expect("the file is sound");
+        out
+    };
+    let mut files: Vec<_> = files("vdb_files", ending).into_iter().map(unpacked).collect();
+    files.retain(|file| file.len() <= super::LONGEST);
+    files
+}
+
+/// Files of VTK with this `ending`; the pieces of an image are written to `folder`.
+fn vtk_samples(folder: &Path, ending: &str) -> Vec<Vec<u8>> {
+    for (number, piece) in files("vtk_files", ".vti").iter().enumerate() {
+        std::fs::write(folder.join(format!("pieces_{number}.vti")), piece).expect("the folder can be written");
+    }
+    files("vtk_files", ending)
+}
+
+/// Files of `tests/NAME` with this `ending`.
+fn files(name: &str, ending: &str) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name);
     let entries = std::fs::read_dir(folder).expect("the folder is there").flatten();
     let mut paths: Vec<_> = entries.map(|entry| entry.path()).collect();
     paths.retain(|path| path.to_string_lossy().ends_with(ending));
