@@ -24,7 +24,7 @@ SAMPLES = REPOSITORY / "crates/fovol-io/tests/vdb_files"
 PROGRAM = ["cargo", "run", "--release", "-q", "-p", "fovol-io", "--example", "describe_volumes"]
 LIBRARIES = ["-lopenvdb", "-ltbb", "-lImath-3_1", "-lblosc", "-lz", "-lboost_iostreams"]
 # As many values of a sample are written down.
-KEPT = 60
+KEPT = 40
 
 
 def make(folder):
@@ -94,10 +94,10 @@ def samples(folder):
         if name not in kept:
             packed = gzip.compress((folder / case["file"]).read_bytes(), 9, mtime=0)
             counts[case["kind"]] = counts.get(case["kind"], 0) + 1
-            # Of the many variants of compression and inactive values some are enough.
-            limit = 120 if case["kind"] == "float" else 2 if case["kind"].startswith("nano") else 3
-            is_kept = counts[case["kind"]] <= limit and (case["kind"] != "float" or counts["float"] % 7 == 1)
-            if len(packed) > 9000 or not is_kept:
+            # Some of the many variants of compression and inactive values are enough.
+            limit = 120 if case["kind"] == "float" else 2
+            is_kept = counts[case["kind"]] <= limit and (case["kind"] != "float" or counts["float"] % 11 == 1)
+            if len(packed) > (9000 if counts[case["kind"]] == 1 else 4000) or not is_kept:
                 continue
             (SAMPLES / name).write_bytes(packed)
             kept[name] = []

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// What a file holds for one choice of the user.
+/// The content of a file for one choice of the user.
 #[derive(Deserialize)]
 struct Reference {
     kind: String,
@@ -41,7 +41,8 @@ fn every_file_is_what_openvdb_wrote() {
     let files: BTreeMap<String, Vec<Reference>> = serde_json::from_slice(&text).unwrap();
     assert!(files.len() > 40);
     for (name, references) in files {
-        for Reference { kind, array, component, dims, spacing, origin, step, values: expected } in references {
+        for Reference { kind, array, component, dims, spacing, origin, step, values: expected } in references
+        {
             let overrides = Overrides { array, component: Some(component), ..Overrides::default() };
             let volume = read(&folder().join(&name), &overrides).unwrap();
             assert_eq!(volume.grid().dims(), dims, "{name} {kind}");
@@ -50,7 +51,11 @@ fn every_file_is_what_openvdb_wrote() {
             assert!(are_near(&found, &origin), "{name} {kind}: {found:?}, not {origin:?}");
             let found = values(&volume, step);
             assert!(are_near(&found, &expected), "{name} {kind}: {found:?}, not {expected:?}");
-            assert_eq!(volume.notes().iter().any(|note| note.contains("level set")), kind.contains("level set"), "{name} {kind}");
+            assert_eq!(
+                volume.notes().iter().any(|note| note.contains("level set")),
+                kind.contains("level set"),
+                "{name} {kind}"
+            );
         }
     }
 }
@@ -65,7 +70,8 @@ fn sample(ending: &str) -> Vec<u8> {
 }
 
 fn error(name: &str, bytes: Vec<u8>) -> String {
-    let error = parse(&Source::from_bytes(Path::new(name), bytes), &Overrides::default()).unwrap_err().to_string();
+    let error =
+        parse(&Source::from_bytes(Path::new(name), bytes), &Overrides::default()).unwrap_err().to_string();
     assert!(error.starts_with(name) && error.contains("; ") && !error.contains('\n'), "{error}");
     error
 }

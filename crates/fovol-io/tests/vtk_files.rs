@@ -6,7 +6,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What a file holds for one array.
+/// One array of a file.
 #[derive(Deserialize)]
 struct Reference {
     array: String,
@@ -38,7 +38,8 @@ fn every_file_is_what_vtk_wrote() {
             assert!(are_near(&volume.grid().spacing(), &spacing), "{name}");
             assert!(are_near(&volume.placement().unwrap().origin().to_array(), &origin), "{name}");
             let [nx, ny, nz] = dims;
-            let voxels = (0..nx * ny * nz).step_by(3).map(|i| volume.value([i % nx, i / nx % ny, i / nx / ny]));
+            let voxels =
+                (0..nx * ny * nz).step_by(3).map(|i| volume.value([i % nx, i / nx % ny, i / nx / ny]));
             let found: Vec<f64> = voxels.collect();
             assert!(are_near(&found, &values), "{name}: {found:?}, not {values:?}");
             let is_resampled = volume.notes().iter().any(|note| note.contains("resampled"));

@@ -14,11 +14,11 @@ const BYTES_PER_BYTE: usize = 8 << 10;
 const FREE_BYTES: usize = 256 << 20;
 
 /// Advice for boxes that do not fit in memory.
-const ADVICE: &str =
-    "resample it to larger voxels or cut it, by -resample or -clip of vdb_tool or VDB Resample of Houdini for one";
+const ADVICE: &str = "resample it to larger voxels or cut it, by -resample or -clip of vdb_tool or VDB Resample of Houdini for one";
 
 /// The note on a level set.
-pub const LEVEL_SET: &str = "is a level set: its values are distances to a surface, negative inside, so that the surface lies at 0";
+pub const LEVEL_SET: &str =
+    "is a level set: its values are distances to a surface, negative inside, so that the surface lies at 0";
 
 /// First and last active voxel along each axis. Nothing is active at first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,9 +65,10 @@ impl Bounds {
 
 /// The indices of the bits of `mask` that are on, lowest first.
 pub fn on_bits(mask: &[u8]) -> impl Iterator<Item = usize> {
-    mask.iter().enumerate().filter(|(_, byte)| **byte != 0).flat_map(|(at, &byte)| {
-        (0..8).filter(move |bit| byte >> bit & 1 == 1).map(move |bit| 8 * at + bit)
-    })
+    mask.iter()
+        .enumerate()
+        .filter(|(_, byte)| **byte != 0)
+        .flat_map(|(at, &byte)| (0..8).filter(move |bit| byte >> bit & 1 == 1).map(move |bit| 8 * at + bit))
 }
 
 /// Whether the bit `index` of `mask` is on.
@@ -91,7 +92,8 @@ impl ActiveBox {
     /// No active voxels, more bytes than so small a file can justify, too little memory.
     pub fn new(source: &Source, bounds: Bounds, background: &[u8]) -> Result<Self> {
         let dims = bounds.dims().ok_or_else(|| {
-            source.malformed("its grid has no active voxels, so there is nothing to show; choose another grid")
+            source
+                .malformed("its grid has no active voxels, so there is nothing to show; choose another grid")
         })?;
         let size = background.len();
         let length = dims.iter().try_fold(size, |length, &dim| length.checked_mul(dim));

@@ -3,7 +3,8 @@
 #[cfg(feature = "dicom")]
 use super::dicom;
 use super::{
-    Overrides, Source, legacy_vtk, metaimage, nanovdb, nifti, nrrd, numpy, raw, slice_folder, tiff_stack, vdb, vti,
+    Overrides, Source, legacy_vtk, metaimage, nanovdb, nifti, nrrd, numpy, raw, slice_folder, tiff_stack,
+    vdb, vti,
 };
 #[cfg(feature = "hdf5")]
 use super::{hdf5, netcdf};

@@ -32,7 +32,9 @@ impl Axis {
     /// The axis of values at `points`, or in the middle between them for values of cells.
     fn of(points: &[f64], is_of_cells: bool) -> Option<Self> {
         let positions: Vec<f64> = match points {
-            [a, .., b] if is_of_cells && a != b => points.windows(2).map(|ends| (ends[0] + ends[1]) / 2.0).collect(),
+            [a, .., b] if is_of_cells && a != b => {
+                points.windows(2).map(|ends| (ends[0] + ends[1]) / 2.0).collect()
+            }
             _ => points.to_vec(),
         };
         let (&first, &last) = (positions.first()?, positions.last()?);
@@ -43,8 +45,12 @@ impl Axis {
             [a, b] if is_of_cells && a != b => (b - a).abs(),
             _ => 1.0,
         };
-        (is_growing && along.iter().all(|position| position.is_finite()))
-            .then_some(Self { first, along, sign, alone: width })
+        (is_growing && along.iter().all(|position| position.is_finite())).then_some(Self {
+            first,
+            along,
+            sign,
+            alone: width,
+        })
     }
 
     fn length(&self) -> f64 {
@@ -62,7 +68,10 @@ impl Axis {
     fn is_even(&self) -> bool {
         let mean = self.mean();
         let expected = (0..self.along.len()).map(|index| index as f64 * mean);
-        self.along.iter().zip(expected).all(|(position, expected)| (position - expected).abs() <= ROUNDING * mean)
+        self.along
+            .iter()
+            .zip(expected)
+            .all(|(position, expected)| (position - expected).abs() <= ROUNDING * mean)
     }
 
     /// The number of points that keep the smallest distance, as far as they are not too many.
@@ -102,7 +111,12 @@ impl Coordinates {
     ///
     /// # Errors
     /// Coordinates that neither grow nor fall, or other numbers of them than `points`.
-    pub fn new(source: &Source, coordinates: &[Vec<f64>; 3], points: [usize; 3], is_of_cells: bool) -> Result<Self> {
+    pub fn new(
+        source: &Source,
+        coordinates: &[Vec<f64>; 3],
+        points: [usize; 3],
+        is_of_cells: bool,
+    ) -> Result<Self> {
         let axis = |index: usize| {
             let found = &coordinates[index];
             let axis = Axis::of(found, is_of_cells).filter(|_| found.len() == points[index]);
@@ -142,7 +156,13 @@ impl Coordinates {
         Ok(placed(volume, Some(placement), None))
     }
 
-    fn resampled(&self, source: &Source, volume: &Volume, dims: [usize; 3], spacing: [f64; 3]) -> Result<Volume> {
+    fn resampled(
+        &self,
+        source: &Source,
+        volume: &Volume,
+        dims: [usize; 3],
+        spacing: [f64; 3],
+    ) -> Result<Volume> {
         let dtype = match volume.dtype() {
             Dtype::U8 | Dtype::I8 | Dtype::U16 | Dtype::I16 | Dtype::F16 | Dtype::F32 => Dtype::F32,
             _ => Dtype::F64,
@@ -178,13 +198,15 @@ impl Coordinates {
     ) {
         let [along_x, along_y, along_z] = [0, 1, 2].map(|axis| self.0[axis].places(dims[axis]));
         let [nx, ny, _] = volume.grid().dims();
-        let (components, size, endian, data) = (volume.components(), size_of::<T>(), volume.endian(), volume.data());
+        let (components, size, endian, data) =
+            (volume.components(), size_of::<T>(), volume.endian(), volume.data());
         let value = |x: usize, y: usize, z: usize, component: usize| {
             let at = (((z * ny + y) * nx + x) * components + component) * size;
             data.get(at..at + size).map_or(f64::NAN, |raw| T::decode(raw, endian).to_f64())
         };
         // A value that does not count may be NaN.
-        let mixed = |part: f64, a: f64, b: &dyn Fn() -> f64| if part == 0.0 { a } else { a + part * (b() - a) };
+        let mixed =
+            |part: f64, a: f64, b: &dyn Fn() -> f64| if part == 0.0 { a } else { a + part * (b() - a) };
         let slice = dims[0] * dims[1] * components * N;
         out.par_chunks_exact_mut(slice.max(1)).zip(&along_z).for_each(|(slice, &(z, c))| {
             stop::point();
@@ -215,7 +237,8 @@ mod tests {
         let points = coordinates.map(<[f64]>::len);
         let dims = if is_of_cells { points.map(|count| (count - 1).max(1)) } else { points };
         let volume = Volume::from_values(Grid::new(dims, [1.0; 3]).unwrap(), values).unwrap();
-        Coordinates::new(&source, &coordinates.map(<[f64]>::to_vec), points, is_of_cells)?.applied(&source, volume)
+        Coordinates::new(&source, &coordinates.map(<[f64]>::to_vec), points, is_of_cells)?
+            .applied(&source, volume)
     }
 
     #[test]
@@ -240,7 +263,9 @@ mod tests {
 
     #[test]
     fn coordinates_must_grow_or_fall() {
-        for axis in [&[0.0, 1.0, 1.0][..], &[0.0, 2.0, 1.0], &[0.0, f64::NAN, 2.0], &[0.0, 1.0, f64::INFINITY]] {
+        for axis in
+            [&[0.0, 1.0, 1.0][..], &[0.0, 2.0, 1.0], &[0.0, f64::NAN, 2.0], &[0.0, 1.0, f64::INFINITY]]
+        {
             assert!(applied([axis, &[0.0], &[0.0]], false, vec![1; 3]).is_err(), "{axis:?}");
         }
     }

@@ -17,16 +17,7 @@ pub struct Target {
     pub seeds: Vec<Vec<u8>>,
     /// Parses one input and checks the result.
     pub read: readers::Reader,
-    /// An input may take this much memory whatever its size, and this much for each of its bytes.
-    pub free_memory: usize,
-    pub memory_per_byte: usize,
 }
-
-/// Decoders have tables.
-pub const FREE_MEMORY: usize = 12 << 20;
-
-/// What deflate can unpack from one byte.
-pub const MEMORY_PER_BYTE: usize = 1100;
 
 /// A small generator of random numbers (SplitMix64): the same seed gives the same files everywhere.
 pub struct Random(u64);

@@ -1,6 +1,6 @@
 //! Sound files of every kind, as small as they can be and still use every feature.
 
-use super::{FREE_MEMORY, MEMORY_PER_BYTE, Target, readers, tiff_files, transfer_functions};
+use super::{Target, readers, tiff_files, transfer_functions};
 use fovol_core::{Grid, Volume};
 use fovol_io::volume::write;
 use std::io::{Cursor, Read, Write};
@@ -29,14 +29,7 @@ pub fn targets(folder: &Path) -> Vec<Target> {
         std::fs::write(slices.join(name), picture(image::ImageFormat::Png))
             .expect("the folder can be written");
     }
-    let target = |name, file, seeds| Target {
-        name,
-        file,
-        seeds,
-        read: readers::volume,
-        free_memory: FREE_MEMORY,
-        memory_per_byte: MEMORY_PER_BYTE,
-    };
+    let target = |name, file, seeds| Target { name, file, seeds, read: readers::volume };
     vec![
         target("raw", "v_4x3x2_uint16.raw.gz", vec![gzip(&voxels), voxels.clone()]),
         target("dat", "v.dat", dat()),
@@ -65,8 +58,8 @@ pub fn targets(folder: &Path) -> Vec<Target> {
         target("hdf5", "v.h5", samples(".h5")),
         #[cfg(feature = "hdf5")]
         target("netcdf", "v.nc", samples(".nc")),
-        Target { free_memory: 300 << 20, memory_per_byte: 10_000, ..target("vdb", "v.vdb", packed(".vdb.gz")) },
-        Target { free_memory: 300 << 20, memory_per_byte: 10_000, ..target("nvdb", "v.nvdb", packed(".nvdb.gz")) },
+        target("vdb", "v.vdb", packed(".vdb.gz")),
+        target("nvdb", "v.nvdb", packed(".nvdb.gz")),
         Target { read: readers::file_name, ..target("name", "v", names()) },
         Target { read: readers::folder, ..target("slices", "slices/s2.png", pictures()) },
         Target { read: readers::transfer_function, ..target("tf", "v.tf", transfer_functions::all()) },
@@ -157,7 +150,8 @@ fn packed(ending: &str) -> Vec<Vec<u8>> {
 /// Files of VTK with this `ending`; the pieces of an image are written to `folder`.
 fn vtk_samples(folder: &Path, ending: &str) -> Vec<Vec<u8>> {
     for (number, piece) in files("vtk_files", ".vti").iter().enumerate() {
-        std::fs::write(folder.join(format!("pieces_{number}.vti")), piece).expect("the folder can be written");
+        std::fs::write(folder.join(format!("pieces_{number}.vti")), piece)
+            .expect("the folder can be written");
     }
     files("vtk_files", ending)
 }

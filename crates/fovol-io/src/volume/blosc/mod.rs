@@ -157,7 +157,8 @@ impl Chunk<'_> {
 
 /// The 32-bit number at `at`.
 fn number(bytes: &[u8], at: usize) -> Result<usize, Problem> {
-    let number = bytes.get(at..).and_then(|rest| rest.first_chunk()).map(|number| i32::from_le_bytes(*number));
+    let number =
+        bytes.get(at..).and_then(|rest| rest.first_chunk()).map(|number| i32::from_le_bytes(*number));
     number.and_then(|number| usize::try_from(number).ok()).ok_or(Problem::Damaged)
 }
 

@@ -3,7 +3,7 @@
 /// How the bytes of a block were put together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shuffle {
-    /// As they come.
+    /// Unchanged.
     None,
     /// First bytes of all values first.
     Bytes,
@@ -61,7 +61,8 @@ fn bits(size: usize, block: &[u8], out: &mut [u8]) {
     for (index, value) in out.chunks_exact_mut(size).enumerate() {
         let (at, shift) = (index / 8, index % 8);
         for (byte, part) in value.iter_mut().enumerate() {
-            *part = (0..8).fold(0, |bits, bit| bits | (block[(8 * byte + bit) * row + at] >> shift & 1) << bit);
+            *part =
+                (0..8).fold(0, |bits, bit| bits | (block[(8 * byte + bit) * row + at] >> shift & 1) << bit);
         }
     }
 }

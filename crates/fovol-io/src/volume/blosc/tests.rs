@@ -19,7 +19,7 @@ fn repeated(count: usize) -> Vec<u8> {
     (0..count).map(|i| noise[i % 8500]).collect()
 }
 
-/// What the chunks hold, in their order.
+/// The content of each chunk, in their order.
 fn contents() -> impl Iterator<Item = Vec<u8>> {
     let lengths = (0..3 * 3 * 3).flat_map(|_| [0, 1000, 12_000]);
     lengths.map(smooth).chain([repeated(17_500), repeated(17_500)])

@@ -62,7 +62,14 @@ impl Header {
                 );
             }
         };
-        let mut header = Self { is_binary, dims: [0; 3], spacing: Vec::new(), origin: None, positions: [None; 3], is_rectilinear: false };
+        let mut header = Self {
+            is_binary,
+            dims: [0; 3],
+            spacing: Vec::new(),
+            origin: None,
+            positions: [None; 3],
+            is_rectilinear: false,
+        };
         header.take_lines(source, cursor)?;
         match header.dims.contains(&0) {
             true => {
@@ -103,7 +110,10 @@ impl Header {
         let dtype = dtype(source, words.get(2).map_or("", String::as_str))?;
         let start = cursor.at();
         cursor.skip_values(count, self.is_binary.then(|| dtype.size())).ok_or_else(|| {
-            source.malformed(format!("it ends before its {count} {}; copy or download it again", words[0].escape_debug()))
+            source.malformed(format!(
+                "it ends before its {count} {}; copy or download it again",
+                words[0].escape_debug()
+            ))
         })?;
         Ok(Positions { dtype, start, count })
     }

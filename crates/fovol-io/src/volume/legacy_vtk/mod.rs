@@ -65,7 +65,8 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     };
     if header.is_rectilinear {
         let coordinates = coordinates(source, &header)?;
-        return Coordinates::new(source, &coordinates, header.dims, array.is_of_cells)?.applied(source, volume);
+        return Coordinates::new(source, &coordinates, header.dims, array.is_of_cells)?
+            .applied(source, volume);
     }
     let Some(origin) = header.origin else { return Ok(volume) };
     let affine = Affine { steps: [DVec3::X, DVec3::Y, DVec3::Z], origin: DVec3::from_array(origin) };

@@ -56,13 +56,16 @@ pub fn entries(source: &Source) -> Result<Vec<Entry>> {
         return Err(source.malformed("it does not begin like a NanoVDB file; is the name right?"));
     }
     // A grid without a file around it has its version farther behind.
-    if bytes[7] == b'1' || u32_at(bytes, 8).map(major) != Some(MAJOR) && u32_at(bytes, 16).map(major) == Some(MAJOR) {
+    if bytes[7] == b'1'
+        || u32_at(bytes, 8).map(major) != Some(MAJOR) && u32_at(bytes, 16).map(major) == Some(MAJOR)
+    {
         return Ok(vec![bare(bytes).ok_or_else(|| super::damaged(source))?]);
     }
     let mut found = Vec::new();
     let mut at = 0;
     while at < bytes.len() {
-        let segment = bytes.get(at..).filter(|rest| is_nanovdb(rest)).ok_or_else(|| super::damaged(source))?;
+        let segment =
+            bytes.get(at..).filter(|rest| is_nanovdb(rest)).ok_or_else(|| super::damaged(source))?;
         let version = u32_at(segment, 8).ok_or_else(|| super::damaged(source))?;
         if major(version) != MAJOR {
             return Err(source.unsupported(format!(

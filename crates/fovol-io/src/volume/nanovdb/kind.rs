@@ -5,15 +5,15 @@ use fovol_core::Dtype;
 /// How the voxels of a leaf are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Store {
-    /// As they are.
+    /// Unchanged.
     Plain,
-    /// As bits.
+    /// A bit for each voxel.
     Bits,
-    /// As their active states.
+    /// Nothing but the active state of each voxel.
     States,
-    /// As steps of so many bits between the least and the greatest value of the leaf.
+    /// Steps of so many bits between the least and the greatest value of the leaf.
     Steps(u32),
-    /// As steps of a number of bits that each leaf has of its own.
+    /// Steps of a number of bits that each leaf has of its own.
     StepsOfLeaf,
 }
 
@@ -66,7 +66,11 @@ impl Kind {
                 return Err("holds indices into values outside of it; write it as a float grid".into());
             }
             23 => return Err("holds points, not voxels; rasterize them to a float grid".into()),
-            _ => return Err(format!("has the type number {number}, which is not read; write it as a float grid")),
+            _ => {
+                return Err(format!(
+                    "has the type number {number}, which is not read; write it as a float grid"
+                ));
+            }
         })
     }
 

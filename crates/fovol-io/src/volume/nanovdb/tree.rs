@@ -100,7 +100,8 @@ impl<'a> Tree<'a> {
         let entries = bytes.get(at.checked_add(table)?..)?.get(..count * length)?;
         let side = 1 << below.iter().sum::<u32>();
         let place = |index: usize| {
-            let [x, y, z] = [index >> (2 * level), index >> level, index].map(|part| (part & ((1 << level) - 1)) as i64);
+            let [x, y, z] =
+                [index >> (2 * level), index >> level, index].map(|part| (part & ((1 << level) - 1)) as i64);
             [origin[0] + side * x, origin[1] + side * y, origin[2] + side * z]
         };
         for (index, entry) in entries.chunks_exact(length).enumerate() {
@@ -145,7 +146,8 @@ impl<'a> Tree<'a> {
             16 => codes.as_chunks().0.iter().flat_map(|code| value(u16::from_le_bytes(*code))).collect(),
             _ => {
                 let mask = (1u16 << bits) - 1;
-                let of_byte = |byte: u8| (0..8 / bits).map(move |part| u16::from(byte) >> (part * bits) & mask);
+                let of_byte =
+                    |byte: u8| (0..8 / bits).map(move |part| u16::from(byte) >> (part * bits) & mask);
                 codes.iter().flat_map(|&byte| of_byte(byte)).flat_map(value).collect()
             }
         })

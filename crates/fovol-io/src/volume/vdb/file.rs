@@ -39,9 +39,9 @@ impl<'a> Head<'a> {
     /// A damaged head, a version that is not read.
     pub fn parse(source: &'a Source) -> Result<Self> {
         let bytes = source.bytes();
-        let mut cursor = Cursor::at(bytes, MAGIC.len() as u64).filter(|_| is_vdb(bytes)).ok_or_else(|| {
-            source.malformed("it does not begin like an OpenVDB file; is the name right?")
-        })?;
+        let mut cursor = Cursor::at(bytes, MAGIC.len() as u64)
+            .filter(|_| is_vdb(bytes))
+            .ok_or_else(|| source.malformed("it does not begin like an OpenVDB file; is the name right?"))?;
         let version = cursor.u32().ok_or_else(|| damaged(source))?;
         if !VERSIONS.contains(&version) {
             return Err(source.unsupported(format!(
@@ -93,7 +93,7 @@ impl Entry {
     }
 }
 
-/// What a file or a grid says of itself.
+/// Metadata of a file or a grid, as far as it matters.
 #[derive(Debug, Clone, Default)]
 pub struct Metadata {
     /// The class of a grid, "level set" for one.

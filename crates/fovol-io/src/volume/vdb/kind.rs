@@ -5,9 +5,9 @@ use fovol_core::{Dtype, Endian, Voxel, f16};
 /// How values of a tree are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Store {
-    /// As they are.
+    /// Unchanged.
     Plain,
-    /// As floats of 16 bits, but single values between the nodes.
+    /// Floats of 16 bits in arrays; single values outside of arrays are unchanged.
     Half,
     /// Voxels as bits, tiles as bytes.
     Bits,
@@ -103,7 +103,9 @@ impl Kind {
         for part in negated.chunks_exact_mut(dtype.size()) {
             match dtype {
                 // The sign is the highest bit of the last byte.
-                Dtype::F16 | Dtype::F32 | Dtype::F64 => part.iter_mut().last().into_iter().for_each(|byte| *byte ^= 0x80),
+                Dtype::F16 | Dtype::F32 | Dtype::F64 => {
+                    part.iter_mut().last().into_iter().for_each(|byte| *byte ^= 0x80)
+                }
                 Dtype::U8 => part.iter_mut().for_each(|byte| *byte = u8::from(*byte == 0)),
                 _ => negate(part),
             }
@@ -134,7 +136,8 @@ mod tests {
         let kind = Kind::of("Tree_vec3s_5_4_3_HalfFloat").unwrap();
         assert_eq!((kind.size(), kind.full_size(), kind.levels.as_slice()), (6, 12, &[5, 4, 3][..]));
         assert_eq!(Kind::of("Tree_bool_5_4_3").unwrap().store, Store::Bits);
-        for name in ["Tree_ptdataidx32_5_4_3", "Tree_float", "Tree_float_9_9_9", "Tree_string_5_4_3", "float"] {
+        for name in ["Tree_ptdataidx32_5_4_3", "Tree_float", "Tree_float_9_9_9", "Tree_string_5_4_3", "float"]
+        {
             assert!(Kind::of(name).unwrap_err().contains("; "), "{name}");
         }
     }

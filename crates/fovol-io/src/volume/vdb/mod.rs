@@ -121,7 +121,8 @@ impl Grid {
         opened.transform.as_ref().map_err(|name| unread(of_transform(name)))?;
         let mut cursor = opened.cursor;
         if self.entry.parent.is_empty() {
-            let tree = Tree::parse(kind, opened.packing, &mut cursor).map_err(|problem| failed(source, problem))?;
+            let tree =
+                Tree::parse(kind, opened.packing, &mut cursor).map_err(|problem| failed(source, problem))?;
             tree.values(&mut cursor, None).map_err(|problem| failed(source, problem))?;
         }
         Ok(cursor)

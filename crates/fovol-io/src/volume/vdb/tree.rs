@@ -80,7 +80,8 @@ impl<'a> Tree<'a> {
         let values = self.arrays.read(cursor, count, active)?;
         let side = 1 << below.iter().sum::<u32>();
         let place = |index: usize| {
-            let [x, y, z] = [index >> (2 * level), index >> level, index].map(|part| (part & ((1 << level) - 1)) as i64);
+            let [x, y, z] =
+                [index >> (2 * level), index >> level, index].map(|part| (part & ((1 << level) - 1)) as i64);
             [origin[0] + side * x, origin[1] + side * y, origin[2] + side * z]
         };
         for (index, value) in values.chunks_exact(self.arrays.kind.size()).enumerate() {

@@ -21,7 +21,7 @@ impl Packing {
     }
 }
 
-/// What stands in place of inactive values.
+/// Numbers that say how inactive values are stored.
 mod inactive {
     pub const BACKGROUND: u8 = 0;
     pub const ONE: u8 = 2;
@@ -110,10 +110,12 @@ impl Arrays<'_> {
         let out = match () {
             // What does not shrink is stored, with its length negated.
             () if packed <= 0 => bytes.to_vec(),
-            () if self.packing.has(Packing::BLOSC) => blosc::unpacked(bytes, length).map_err(|problem| match problem {
-                blosc::Problem::Damaged => Problem::Damaged,
-                blosc::Problem::Codec(name) => Problem::Codec(name),
-            })?,
+            () if self.packing.has(Packing::BLOSC) => {
+                blosc::unpacked(bytes, length).map_err(|problem| match problem {
+                    blosc::Problem::Damaged => Problem::Damaged,
+                    blosc::Problem::Codec(name) => Problem::Codec(name),
+                })?
+            }
             () => {
                 let mut out = Vec::new();
                 let mut reader = ZlibDecoder::new(bytes).take(length as u64 + 1);

@@ -28,9 +28,12 @@ pub fn is_vtk_xml(bytes: &[u8]) -> bool {
 
 /// Whether `bytes` begin as VTK's XML files of images and rectilinear grids do.
 pub fn is_vti(bytes: &[u8]) -> bool {
-    let is_of = |element: &str, kind: &str| ['"', '\''].iter().any(|mark| element.contains(&format!("{mark}{kind}{mark}")));
-    first_element(bytes)
-        .is_some_and(|element| ["ImageData", "RectilinearGrid", "PImageData"].iter().any(|kind| is_of(&element, kind)))
+    let is_of = |element: &str, kind: &str| {
+        ['"', '\''].iter().any(|mark| element.contains(&format!("{mark}{kind}{mark}")))
+    };
+    first_element(bytes).is_some_and(|element| {
+        ["ImageData", "RectilinearGrid", "PImageData"].iter().any(|kind| is_of(&element, kind))
+    })
 }
 
 /// The text of the element `VTKFile` at the start of `bytes`.

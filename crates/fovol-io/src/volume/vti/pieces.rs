@@ -67,13 +67,19 @@ impl Joined {
     fn add(&mut self, piece: &Source, shown: &Shown<'_>) -> Result<()> {
         let document = xml::parse(piece)?;
         if document.kind != Kind::Image {
-            return Err(piece.unsupported("it is a piece of an image, but holds no image itself; write it as .vti"));
+            return Err(
+                piece.unsupported("it is a piece of an image, but holds no image itself; write it as .vti")
+            );
         }
         let (points, extent) = document.points_and_extent(piece)?;
         let attributes = if shown.is_of_cells { &document.cells } else { &document.points };
-        let array = attributes.arrays.iter().find(|array| array.name == shown.array.name).ok_or_else(|| {
-            piece.malformed(format!("its array `{}` is missing; write all pieces again", shown.array.name.escape_debug()))
-        })?;
+        let array =
+            attributes.arrays.iter().find(|array| array.name == shown.array.name).ok_or_else(|| {
+                piece.malformed(format!(
+                    "its array `{}` is missing; write all pieces again",
+                    shown.array.name.escape_debug()
+                ))
+            })?;
         let dims = if shown.is_of_cells { points.map(|count| (count - 1).max(1)) } else { points };
         let layout = Layout { dims, components: array.components, ..Layout::new(dims, array.dtype(piece)?) };
         if (layout.dtype, layout.components) != (self.layout.dtype, self.layout.components) {
