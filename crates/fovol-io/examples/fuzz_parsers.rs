@@ -27,7 +27,7 @@ use std::time::{Duration, Instant};
 /// much into a byte; a sparse grid has a box around its voxels.
 fn memory_of(parser: &str) -> (usize, usize) {
     match parser {
-        "vdb" | "nvdb" => (300 << 20, 10_000),
+        "vdb" | "nvdb" | "nvdb_tree" => (300 << 20, 10_000),
         _ => (12 << 20, 1100),
     }
 }

@@ -80,7 +80,7 @@ impl Axis {
         let count = self.along.len();
         match self.is_even() {
             true => count,
-            false => ((self.length() / smallest).ceil() as usize + 1).min(MOST_POINTS * count),
+            false => ((self.length() / smallest - 1e-3).ceil() as usize + 1).min(MOST_POINTS * count),
         }
     }
 

@@ -5,6 +5,7 @@ use fovol_core::{Grid, Volume};
 use fovol_io::volume::write;
 use std::io::{Cursor, Read, Write};
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// Files of DICOM in every encoding, by `tests/reference/dicom.py references`.
 macro_rules! dicom_files {
@@ -60,6 +61,7 @@ pub fn targets(folder: &Path) -> Vec<Target> {
         target("netcdf", "v.nc", samples(".nc")),
         target("vdb", "v.vdb", packed(".vdb.gz")),
         target("nvdb", "v.nvdb", packed(".nvdb.gz")),
+        Target { read: readers::patched_grid, ..target("nvdb_tree", "v.nvdb", patches()) },
         Target { read: readers::file_name, ..target("name", "v", names()) },
         Target { read: readers::folder, ..target("slices", "slices/s2.png", pictures()) },
         Target { read: readers::transfer_function, ..target("tf", "v.tf", transfer_functions::all()) },
@@ -137,14 +139,33 @@ fn samples(ending: &str) -> Vec<Vec<u8>> {
 
 /// Files of OpenVDB with this `ending`, unpacked. Longer ones would be cut.
 fn packed(ending: &str) -> Vec<Vec<u8>> {
-    let unpacked = |file: Vec<u8>| {
-        let mut out = Vec::new();
-        flate2::read::GzDecoder::new(&*file).read_to_end(&mut out).expect("the file is sound");
-        out
-    };
-    let mut files: Vec<_> = files("vdb_files", ending).into_iter().map(unpacked).collect();
+    let mut files: Vec<_> = files("vdb_files", ending).iter().map(|file| gunzip(file)).collect();
     files.retain(|file| file.len() <= super::LONGEST);
     files
+}
+
+fn gunzip(bytes: &[u8]) -> Vec<u8> {
+    let mut out = Vec::new();
+    flate2::read::GzDecoder::new(bytes).read_to_end(&mut out).expect("the file is sound");
+    out
+}
+
+/// A file of one NanoVDB grid that is not packed.
+pub fn plain_grid() -> Vec<u8> {
+    static GRID: OnceLock<Vec<u8>> = OnceLock::new();
+    let find = || {
+        let unpacked = files("vdb_files", ".nvdb.gz").into_iter().map(|file| gunzip(&file));
+        unpacked.filter(|file| file[14] == 0).min_by_key(Vec::len).expect("one sample is not packed")
+    };
+    GRID.get_or_init(find).clone()
+}
+
+/// Words of the plain grid with their places: its head, its root and the first node below.
+fn patches() -> Vec<Vec<u8>> {
+    let grid = plain_grid();
+    let places: Vec<usize> = (0..1200).step_by(8).chain((1200..grid.len() - 8).step_by(1 << 9)).collect();
+    let patch = |&at: &usize| [&(at as u32).to_le_bytes()[..], &grid[at..at + 8]].concat();
+    places.chunks(12).map(|places| places.iter().flat_map(patch).collect()).collect()
 }
 
 /// Files of VTK with this `ending`; the pieces of an image are written to `folder`.

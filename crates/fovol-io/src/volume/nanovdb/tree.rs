@@ -3,6 +3,7 @@
 use super::file::{u32_at, u64_at};
 use super::kind::{Kind, LEAF_MASK, Store};
 use crate::volume::active_box::{ActiveBox, Bounds, is_on, on_bits};
+use std::collections::HashSet;
 
 /// Where the tree begins in a grid, and where it says how far its root is.
 const TREE: usize = 672;
@@ -57,9 +58,14 @@ impl<'a> Tree<'a> {
         };
         let count = u32_at(bytes, root.checked_add(24)?)?;
         let [value, length] = kind.root_tile();
+        // Cubes of a root never overlap.
+        let mut taken = HashSet::new();
         for index in 0..count as usize {
             let entry = (root + table).checked_add(index.checked_mul(length)?)?;
             let origin = origin(u64_at(bytes, entry)?);
+            if !taken.insert(origin) {
+                return None;
+            }
             match u64_at(bytes, entry + 8)? {
                 0 => {
                     let is_active = u32_at(bytes, entry + 16)? != 0;

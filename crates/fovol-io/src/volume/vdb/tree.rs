@@ -4,6 +4,7 @@ use super::cursor::Cursor;
 use super::kind::{Kind, Store};
 use super::values::{Arrays, Packing, Problem};
 use crate::volume::active_box::{ActiveBox, Bounds, is_on, on_bits};
+use std::collections::HashSet;
 
 /// A tree without the values of its leaves.
 #[derive(Debug)]
@@ -23,6 +24,21 @@ struct Tile {
     value: Vec<u8>,
 }
 
+/// Places of the cubes in a root, which never overlap.
+struct Places {
+    side: i64,
+    taken: HashSet<[i64; 3]>,
+}
+
+impl Places {
+    /// The place at `cursor`; none if it is taken or lies across others.
+    fn next(&mut self, cursor: &mut Cursor<'_>) -> Option<[i64; 3]> {
+        let origin = cursor.voxel()?;
+        let is_aligned = origin.iter().all(|index| index.rem_euclid(self.side) == 0);
+        (is_aligned && self.taken.insert(origin)).then_some(origin)
+    }
+}
+
 impl<'a> Tree<'a> {
     /// Reads the shape of the tree at `cursor`.
     ///
@@ -38,18 +54,19 @@ impl<'a> Tree<'a> {
         let arrays = Arrays { kind, packing, background };
         let mut tree = Self { arrays, bounds: Bounds::default(), tiles: Vec::new(), leaves: Vec::new() };
         let side = 1 << kind.levels.iter().sum::<u32>();
+        let mut places = Places { side, taken: HashSet::new() };
         for _ in 0..tiles {
-            tree.root_tile(cursor, side).ok_or(Problem::Damaged)?;
+            let origin = places.next(cursor).ok_or(Problem::Damaged)?;
+            tree.root_tile(cursor, origin, side).ok_or(Problem::Damaged)?;
         }
         for _ in 0..children {
-            let origin = cursor.voxel().ok_or(Problem::Damaged)?;
+            let origin = places.next(cursor).ok_or(Problem::Damaged)?;
             tree.node(cursor, origin, &kind.levels)?;
         }
         Ok(tree)
     }
 
-    fn root_tile(&mut self, cursor: &mut Cursor<'_>, side: i64) -> Option<()> {
-        let origin = cursor.voxel()?;
+    fn root_tile(&mut self, cursor: &mut Cursor<'_>, origin: [i64; 3], side: i64) -> Option<()> {
         let value = self.arrays.kind.stored(cursor.take(self.arrays.kind.full_size())?);
         let is_active = cursor.u8()? != 0;
         self.tile(origin, side, &value, is_active);
