@@ -458,7 +458,7 @@ def problems(case, answer, values):
     return found
 
 
-def compare(program):
+def compare(program, made=made):
     with tempfile.TemporaryDirectory() as folder:
         cases = made(Path(folder))
         output = Path(folder) / "values"

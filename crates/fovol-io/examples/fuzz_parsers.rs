@@ -23,14 +23,20 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// An input may take this much memory whatever its size: decoders have tables.
-const FREE_MEMORY: usize = 12 << 20;
+/// An input may take this much memory whatever its size, and this much per byte. Decoders have tables, and deflate packs so
+/// much into a byte; a sparse grid has a box around its voxels.
+fn memory_of(parser: &str) -> (usize, usize) {
+    match parser {
+        "vdb" | "nvdb" | "nvdb_tree" => (300 << 20, 10_000),
+        _ => (12 << 20, 1100),
+    }
+}
 
-/// And this much per byte: what deflate can unpack from one.
-const MEMORY_PER_BYTE: usize = 1100;
-
-/// An input that takes longer twice is a failure; one that takes ten times as long ends the run.
+/// An input that takes longer twice is a failure; one that takes ten times as long of a processor ends the run.
 const LONGEST: Duration = Duration::from_secs(1);
+
+/// An input that waits so long without a processor ends the run too: it waits for itself. A busy machine lets others wait.
+const LONGEST_WAIT: Duration = Duration::from_secs(300);
 
 /// The system's allocator, which also keeps account of what the current thread holds.
 struct Accounting;
@@ -181,6 +187,7 @@ fn fuzz(target: &Target, options: &Options, folder: &Path) -> Tally {
     let mut tally = Tally::default();
     let path = folder.join(target.file);
     let words = words(&target.seeds);
+    let (free, per_byte) = memory_of(target.name);
     let watch = Watch::start(target.name, &options.keep);
     for number in 0..options.inputs {
         // Each input has a generator of its own, so that one failure can be made again alone.
@@ -204,9 +211,7 @@ fn fuzz(target: &Target, options: &Options, folder: &Path) -> Tally {
         let problem = match outcome {
             Err(_) => Some("panics".to_owned()),
             Ok(Err(problem)) => Some(problem),
-            Ok(Ok(_)) if memory > FREE_MEMORY + MEMORY_PER_BYTE * input.len() => {
-                Some(format!("takes {memory} bytes"))
-            }
+            Ok(Ok(_)) if memory > free + per_byte * input.len() => Some(format!("takes {memory} bytes")),
             Ok(Ok(_)) if taken > LONGEST => Some(format!("takes {taken:?}")),
             Ok(Ok(is_read)) => {
                 tally.read += u64::from(is_read);
@@ -229,20 +234,41 @@ fn keep(folder: &Path, parser: &str, name: &str, input: &[u8]) {
     }
 }
 
+/// Time that processors have spent on this program; none where the system does not say.
+fn processor_time() -> Duration {
+    #[cfg(unix)]
+    {
+        let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+        // SAFETY: the call writes the one time that it is given.
+        unsafe { libc::clock_gettime(libc::CLOCK_PROCESS_CPUTIME_ID, &raw mut time) };
+        Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
+    }
+    #[cfg(not(unix))]
+    Duration::ZERO
+}
+
+/// The input that is being read, and when it began by the clock and by the processors.
+struct Current {
+    since: Instant,
+    spent: Duration,
+    input: Vec<u8>,
+}
+
 /// Ends the program when one input takes far too long: a parser that hangs cannot be stopped otherwise.
-struct Watch(std::sync::Arc<std::sync::Mutex<(Instant, Vec<u8>)>>);
+struct Watch(std::sync::Arc<std::sync::Mutex<Current>>);
 
 impl Watch {
     fn start(parser: &'static str, folder: &Path) -> Self {
-        let state = std::sync::Arc::new(std::sync::Mutex::new((Instant::now(), Vec::new())));
+        let current = Current { since: Instant::now(), spent: processor_time(), input: Vec::new() };
+        let state = std::sync::Arc::new(std::sync::Mutex::new(current));
         let (watched, folder) = (std::sync::Arc::downgrade(&state), folder.to_owned());
         std::thread::spawn(move || {
             while let Some(state) = watched.upgrade() {
                 if let Ok(state) = state.lock()
-                    && state.0.elapsed() > LONGEST * 10
+                    && (processor_time() - state.spent > LONGEST * 10 || state.since.elapsed() > LONGEST_WAIT)
                 {
-                    println!("{parser}: an input of {} bytes hangs", state.1.len());
-                    keep(&folder, parser, "hang", &state.1);
+                    println!("{parser}: an input of {} bytes hangs", state.input.len());
+                    keep(&folder, parser, "hang", &state.input);
                     // Nothing else ends a thread that does not return.
                     std::process::abort();
                 }
@@ -255,9 +281,10 @@ impl Watch {
 
     fn begin(&self, input: &[u8]) {
         if let Ok(mut state) = self.0.lock() {
-            state.0 = Instant::now();
-            state.1.clear();
-            state.1.extend_from_slice(input);
+            state.since = Instant::now();
+            state.spent = processor_time();
+            state.input.clear();
+            state.input.extend_from_slice(input);
         }
     }
 }

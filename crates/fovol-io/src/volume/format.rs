@@ -6,7 +6,8 @@ use super::dicom;
 #[cfg(feature = "zarr")]
 use super::zarr;
 use super::{
-    Overrides, Source, legacy_vtk, metaimage, nifti, nrrd, numpy, raw, slice_folder, tiff_stack, vti,
+    Overrides, Source, legacy_vtk, metaimage, nanovdb, nifti, nrrd, numpy, raw, slice_folder, tiff_stack,
+    vdb, vti,
 };
 #[cfg(feature = "hdf5")]
 use super::{hdf5, netcdf};
@@ -152,6 +153,8 @@ fn by_content(bytes: &[u8]) -> Option<Parser> {
         _ if vti::is_vti(bytes) => Some(vti::parse),
         _ if numpy::is_npy(bytes) => Some(numpy::parse),
         _ if numpy::is_npz(bytes) => Some(numpy::parse_npz),
+        _ if vdb::is_vdb(bytes) => Some(vdb::parse),
+        _ if nanovdb::is_nanovdb(bytes) => Some(nanovdb::parse),
         #[cfg(feature = "hdf5")]
         _ if hdf5::is_hdf5(bytes) => Some(hdf5::parse),
         #[cfg(feature = "hdf5")]
@@ -168,10 +171,12 @@ fn by_name(name: &str) -> Option<Parser> {
         _ if ends(&[".nrrd", ".nhdr"]) => Some(nrrd::parse),
         _ if ends(&[".nii", ".hdr"]) => Some(nifti::parse),
         _ if ends(&[".tif", ".tiff"]) => Some(tiff_stack::parse),
-        _ if ends(&[".vti"]) => Some(vti::parse),
+        _ if ends(&[".vti", ".vtr", ".pvti"]) => Some(vti::parse),
         _ if ends(&[".vtk"]) => Some(legacy_vtk::parse),
         _ if ends(&[".npy"]) => Some(numpy::parse),
         _ if ends(&[".npz"]) => Some(numpy::parse_npz),
+        _ if ends(&[".vdb"]) => Some(vdb::parse),
+        _ if ends(&[".nvdb"]) => Some(nanovdb::parse),
         #[cfg(feature = "hdf5")]
         _ if ends(&[".h5", ".hdf5", ".ims", ".nc", ".nc4"]) => Some(hdf5::parse),
         _ => None,
@@ -189,7 +194,8 @@ const ZARR: &str = "Zarr is read only with the cargo feature `zarr` of fovol-io;
 /// Advice for files of microscopes that their makers' programs write.
 const MICROSCOPE: &str = "this format of a microscope is not read; convert it with `bioformats2raw IN OUT.zarr`, or with `bfconvert IN OUT.ome.tif` of bftools";
 
-const VTK_XML: &str = "only image data is read of VTK's XML files; resample it to .vti, in ParaView for one";
+/// Advice for VTK's files of other data than images.
+const VTK_XML: &str = "it is no image of VTK; make one of it in ParaView: Filters > Resample To Image, then File > Save Data as .vti";
 
 /// Advice for formats that are known but not read, recognised by the first `bytes` of the file.
 fn foreign_content(bytes: &[u8]) -> Option<&'static str> {
@@ -219,14 +225,12 @@ fn foreign_name(name: &str) -> Option<&'static str> {
         () if is_dicom_name(name) => DICOM,
         #[cfg(not(feature = "hdf5"))]
         () if ends(&[".h5", ".hdf5", ".ims", ".nc", ".nc4"]) => HDF5,
-        () if ends(&[".vtu", ".vtp", ".vts", ".vtr", ".vtm", ".pvd", ".pvti"]) => VTK_XML,
+        () if ends(&[".vtu", ".vtp", ".vts", ".vtm", ".pvd", ".pvtu", ".pvtr"]) => VTK_XML,
         () if ends(&[".mgz", ".mgh"]) => {
             "MGH is not read; convert it to NIfTI, with `mri_convert IN.mgz OUT.nii.gz` of FreeSurfer for one"
         }
         () if ends(&[".czi", ".lif", ".nd2", ".oir", ".oib", ".vsi"]) => MICROSCOPE,
-        () if ends(&[".vdb", ".slc", ".mnc", ".am"]) => {
-            "this format is not read; convert it to NRRD, NIfTI or raw"
-        }
+        () if ends(&[".slc", ".mnc", ".am"]) => "this format is not read; convert it to NRRD, NIfTI or raw",
         () => return None,
     })
 }

@@ -39,6 +39,11 @@ impl Layout {
         })
     }
 
+    /// The number of voxels, of a layout whose length is known to be sound.
+    pub fn voxels(&self) -> usize {
+        self.dims.iter().product()
+    }
+
     /// The number of bytes of all voxels.
     ///
     /// # Errors

@@ -1,9 +1,11 @@
 //! Volume files.
 
+mod active_box;
 mod affine;
 mod array_axes;
 mod array_path;
 mod arrays;
+mod blosc;
 #[cfg(any(feature = "hdf5", feature = "zarr"))]
 mod cf;
 mod channel_window;
@@ -19,6 +21,7 @@ mod legacy_vtk;
 #[cfg(any(feature = "hdf5", feature = "zarr"))]
 mod levels;
 mod metaimage;
+mod nanovdb;
 #[cfg(feature = "hdf5")]
 mod netcdf;
 mod nifti;
@@ -28,12 +31,14 @@ mod numpy;
 mod overrides;
 mod payload;
 mod raw;
+mod rectilinear;
 mod series;
 mod slice_folder;
 mod source;
 mod tiff_stack;
 mod units;
 mod unpacked;
+mod vdb;
 mod voxels;
 mod vti;
 mod write;

@@ -5,8 +5,9 @@ use super::zarr_files;
 use super::{Target, readers, tiff_files, transfer_functions};
 use fovol_core::{Grid, Volume};
 use fovol_io::volume::write;
-use std::io::{Cursor, Write};
+use std::io::{Cursor, Read, Write};
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// Files of DICOM in every encoding, by `tests/reference/dicom.py references`.
 macro_rules! dicom_files {
@@ -45,7 +46,9 @@ pub fn targets(folder: &Path) -> Vec<Target> {
         target("nifti_gz", "v.nii.gz", nifti().iter().map(|seed| gzip(seed)).collect()),
         target("nifti_pair", "p.hdr", nifti_pair()),
         target("vti", "v.vti", [vti(), written(".vti")].concat()),
-        target("vtk", "v.vtk", vtk()),
+        target("vtr", "v.vtr", vtk_samples(folder, ".vtr")),
+        target("pvti", "v.pvti", vtk_samples(folder, ".pvti")),
+        target("vtk", "v.vtk", [vtk(), vtk_samples(folder, ".vtk")].concat()),
         target("tiff", "v.tif", tiff_files::all()),
         target("dicom", "v.dcm", dicom()),
         Target {
@@ -62,6 +65,9 @@ pub fn targets(folder: &Path) -> Vec<Target> {
         Target { read: readers::zarr, ..target("zarr", "v.zarr.zip", zarr_files::all()) },
         #[cfg(feature = "zarr")]
         target("zarr_zip", "v.ozx", zarr_files::all().iter().map(|text| zarr_files::archive(text)).collect()),
+        target("vdb", "v.vdb", packed(".vdb.gz")),
+        target("nvdb", "v.nvdb", packed(".nvdb.gz")),
+        Target { read: readers::patched_grid, ..target("nvdb_tree", "v.nvdb", patches()) },
         Target { read: readers::file_name, ..target("name", "v", names()) },
         Target { read: readers::folder, ..target("slices", "slices/s2.png", pictures()) },
         Target { read: readers::transfer_function, ..target("tf", "v.tf", transfer_functions::all()) },
@@ -132,9 +138,54 @@ fn written(ending: &str) -> Vec<Vec<u8>> {
     }
 }
 
-/// Files with this `ending` that other programs wrote.
+/// Arrays with this `ending` that other programs wrote.
 fn samples(ending: &str) -> Vec<Vec<u8>> {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/array_files"));
+    files("array_files", ending)
+}
+
+/// Files of OpenVDB with this `ending`, unpacked. Longer ones would be cut.
+fn packed(ending: &str) -> Vec<Vec<u8>> {
+    let mut files: Vec<_> = files("vdb_files", ending).iter().map(|file| gunzip(file)).collect();
+    files.retain(|file| file.len() <= super::LONGEST);
+    files
+}
+
+fn gunzip(bytes: &[u8]) -> Vec<u8> {
+    let mut out = Vec::new();
+    flate2::read::GzDecoder::new(bytes).read_to_end(&mut out).expect("the file is sound");
+    out
+}
+
+/// A file of one NanoVDB grid that is not packed.
+pub fn plain_grid() -> Vec<u8> {
+    static GRID: OnceLock<Vec<u8>> = OnceLock::new();
+    let find = || {
+        let unpacked = files("vdb_files", ".nvdb.gz").into_iter().map(|file| gunzip(&file));
+        unpacked.filter(|file| file[14] == 0).min_by_key(Vec::len).expect("one sample is not packed")
+    };
+    GRID.get_or_init(find).clone()
+}
+
+/// Words of the plain grid with their places: its head, its root and the first node below.
+fn patches() -> Vec<Vec<u8>> {
+    let grid = plain_grid();
+    let places: Vec<usize> = (0..1200).step_by(8).chain((1200..grid.len() - 8).step_by(1 << 9)).collect();
+    let patch = |&at: &usize| [&(at as u32).to_le_bytes()[..], &grid[at..at + 8]].concat();
+    places.chunks(12).map(|places| places.iter().flat_map(patch).collect()).collect()
+}
+
+/// Files of VTK with this `ending`; the pieces of an image are written to `folder`.
+fn vtk_samples(folder: &Path, ending: &str) -> Vec<Vec<u8>> {
+    for (number, piece) in files("vtk_files", ".vti").iter().enumerate() {
+        std::fs::write(folder.join(format!("pieces_{number}.vti")), piece)
+            .expect("the folder can be written");
+    }
+    files("vtk_files", ending)
+}
+
+/// Files of `tests/NAME` with this `ending`.
+fn files(name: &str, ending: &str) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name);
     let entries = std::fs::read_dir(folder).expect("the folder is there").flatten();
     let mut paths: Vec<_> = entries.map(|entry| entry.path()).collect();
     paths.retain(|path| path.to_string_lossy().ends_with(ending));

@@ -1,6 +1,6 @@
 //! An open HDF5 file: its groups, datasets and attributes, and errors in our words.
 
-use super::lzf;
+use super::{lzf, packed};
 use crate::volume::Source;
 use crate::volume::cf::{Attribute, Attributes};
 use crate::{Error, Result};
@@ -63,6 +63,8 @@ impl<'a> File<'a> {
             .ok_or_else(|| source.malformed("it does not begin like an HDF5 file; is the name right?"))?;
         let mut filters = FilterRegistry::new();
         filters.register(lzf::FILTER, Box::new(|filter, data, _| lzf::unpacked(filter, data)));
+        filters.register(packed::BLOSC, Box::new(|_, data, _| packed::of_blosc(data)));
+        filters.register(packed::LZ4, Box::new(|_, data, _| packed::of_lz4(data)));
         let length = source.bytes().len();
         let options = OpenOptions::default()
             .with_chunk_cache_bytes(0)
@@ -195,8 +197,6 @@ fn filter_name(filter: &str) -> String {
     let number = filter.rsplit(' ').next().and_then(|number| number.parse().ok()).unwrap_or(0u32);
     let name = match number {
         307 => "bzip2",
-        32001 => "Blosc",
-        32004 => "LZ4",
         32008 => "bitshuffle",
         32013 => "ZFP",
         32015 => "Zstandard",

@@ -8,6 +8,7 @@ mod element;
 mod file;
 mod imaris;
 mod lzf;
+mod packed;
 mod spacing;
 mod voxels;
 

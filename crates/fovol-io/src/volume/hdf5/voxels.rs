@@ -16,6 +16,9 @@ use std::sync::Arc;
 /// Bytes that are unpacked between two looks at whether to stop.
 const SLAB: usize = 64 << 20;
 
+/// Fewer bytes are unpacked by one thread: on a busy machine others come late.
+const SHARED: usize = 1 << 20;
+
 /// Advice for datasets that do not fit in memory.
 const ADVICE: &str = "a part of it, saved as NRRD or .npy, needs less; or save it without chunks, which needs no memory until it is rendered";
 
@@ -112,7 +115,11 @@ fn slabs<const N: usize>(dataset: &Dataset, part: &[Range<usize>], out: &mut Vec
         let to = along.end.min((from / chunk * chunk).saturating_add(step)).max(from + 1);
         let mut slab = part.to_vec();
         slab[axis] = from..to;
-        let values = dataset.read_slice_parallel::<Raw<N>>(&selection(&slab))?;
+        let selection = selection(&slab);
+        let values = match (to - from).saturating_mul(slice) >= SHARED {
+            true => dataset.read_slice_parallel::<Raw<N>>(&selection)?,
+            false => dataset.read_slice::<Raw<N>>(&selection)?,
+        };
         let values = values.as_slice().ok_or_else(|| Problem::InvalidData("values out of order".into()))?;
         out.extend_from_slice(Raw::peel_slice(values).as_flattened());
         from = to;

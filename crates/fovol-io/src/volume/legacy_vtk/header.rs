@@ -9,7 +9,18 @@ use std::str::FromStr;
 /// The first words of every such file.
 pub const MARK: &[u8] = b"# vtk DataFile Version";
 
-/// Header of a legacy VTK file of structured points.
+/// The positions of points along an axis, as they stand in the file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Positions {
+    /// The type of a position.
+    pub dtype: Dtype,
+    /// The byte at which they begin.
+    pub start: usize,
+    /// How many there are.
+    pub count: usize,
+}
+
+/// Header of a legacy VTK file of structured points or of a rectilinear grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Header {
     /// Whether values are binary, big-endian, rather than text.
@@ -20,6 +31,10 @@ pub struct Header {
     pub spacing: Vec<f64>,
     /// The position of the first point, if the file states it.
     pub origin: Option<[f64; 3]>,
+    /// The positions along x, y and z, of a rectilinear grid.
+    pub positions: [Option<Positions>; 3],
+    /// Whether it is a rectilinear grid.
+    pub is_rectilinear: bool,
 }
 
 impl Header {
@@ -47,7 +62,14 @@ impl Header {
                 );
             }
         };
-        let mut header = Self { is_binary, dims: [0; 3], spacing: Vec::new(), origin: None };
+        let mut header = Self {
+            is_binary,
+            dims: [0; 3],
+            spacing: Vec::new(),
+            origin: None,
+            positions: [None; 3],
+            is_rectilinear: false,
+        };
         header.take_lines(source, cursor)?;
         match header.dims.contains(&0) {
             true => {
@@ -63,10 +85,13 @@ impl Header {
             let before = *cursor;
             let Some(words) = cursor.words() else { return Ok(()) };
             match words[0].to_ascii_uppercase().as_str() {
-                "DATASET" => kind(source, &words)?,
+                "DATASET" => self.is_rectilinear = is_rectilinear(source, &words)?,
                 "DIMENSIONS" => self.dims = three(source, &words)?,
                 "EXTENT" => self.dims = extent(source, &words)?,
                 "SPACING" | "ASPECT_RATIO" => self.spacing = spacing(source, &words)?,
+                "X_COORDINATES" => self.positions[0] = Some(self.positions(source, cursor, &words)?),
+                "Y_COORDINATES" => self.positions[1] = Some(self.positions(source, cursor, &words)?),
+                "Z_COORDINATES" => self.positions[2] = Some(self.positions(source, cursor, &words)?),
                 "ORIGIN" => self.origin = Some(three(source, &words)?),
                 // Numbers of the whole image, its time for one, may come before its size.
                 "FIELD" if self.dims == [0; 3] => self.skip_field(source, cursor, &words)?,
@@ -77,6 +102,20 @@ impl Header {
                 }
             }
         }
+    }
+
+    /// The positions that `words` begin; the cursor is behind them then.
+    fn positions(&self, source: &Source, cursor: &mut Cursor<'_>, words: &[String]) -> Result<Positions> {
+        let count = number(source, words, 1)?;
+        let dtype = dtype(source, words.get(2).map_or("", String::as_str))?;
+        let start = cursor.at();
+        cursor.skip_values(count, self.is_binary.then(|| dtype.size())).ok_or_else(|| {
+            source.malformed(format!(
+                "it ends before its {count} {}; copy or download it again",
+                words[0].escape_debug()
+            ))
+        })?;
+        Ok(Positions { dtype, start, count })
     }
 
     /// Passes over the arrays of the field that `words` begin.
@@ -103,12 +142,13 @@ fn first(words: Option<Vec<String>>) -> String {
     words.and_then(|words| words.into_iter().next()).unwrap_or_default().to_ascii_uppercase()
 }
 
-fn kind(source: &Source, words: &[String]) -> Result<()> {
+fn is_rectilinear(source: &Source, words: &[String]) -> Result<bool> {
     let kind = words.get(1).map_or("", String::as_str);
-    match kind.eq_ignore_ascii_case("STRUCTURED_POINTS") {
-        true => Ok(()),
-        false => Err(source.unsupported(format!(
-            "it holds VTK {}; only STRUCTURED_POINTS are read; resample it to an image, in ParaView for one",
+    match kind.to_ascii_uppercase().as_str() {
+        "STRUCTURED_POINTS" => Ok(false),
+        "RECTILINEAR_GRID" => Ok(true),
+        _ => Err(source.unsupported(format!(
+            "it holds VTK {}, which is no image; make one of it in ParaView: Filters > Resample To Image, then File > Save Data as .vti",
             kind.chars().take(40).collect::<String>().escape_debug()
         ))),
     }

@@ -1,4 +1,4 @@
-//! The first file format of VTK, of which structured points are read:
+//! The first file format of VTK, of which structured points and rectilinear grids are read:
 //! <https://docs.vtk.org/en/latest/vtk_file_formats/vtk_legacy_file_format.html>.
 
 mod cursor;
@@ -9,15 +9,16 @@ pub use header::MARK;
 use super::affine::Affine;
 use super::arrays::{self, Candidate};
 use super::layout::{Layout, spacing_of};
+use super::rectilinear::Coordinates;
 use super::{Overrides, Source, numbers};
 use crate::Result;
 use cursor::Cursor;
-use fovol_core::{Dtype, Endian, Space, Volume};
+use fovol_core::{Dtype, Endian, Space, Volume, Voxel, with_voxel_type};
 use glam::DVec3;
 use header::{Header, dtype, number};
 use std::sync::Arc;
 
-/// Reads a `.vtk` file of structured points: the chosen array, else the scalars of its points, else of its cells.
+/// Reads a `.vtk` file of structured points or of a rectilinear grid: the chosen array, else the scalars of its points, else of its cells.
 ///
 /// # Errors
 /// A damaged file, other kinds of data, types that are not read.
@@ -56,17 +57,46 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
             layout.volume(source, Arc::new(bytes), 0)?
         }
     };
-    let volume = volume.with_format("VTK structured points").with_contents(contents);
+    let format = if header.is_rectilinear { "VTK rectilinear grid" } else { "VTK structured points" };
+    let volume = volume.with_format(format).with_contents(contents);
     let volume = match damage {
         Some(damage) => volume.with_note(format!("{damage}; only the arrays before this place are read")),
         None => volume,
     };
+    if header.is_rectilinear {
+        let coordinates = coordinates(source, &header)?;
+        return Coordinates::new(source, &coordinates, header.dims, array.is_of_cells)?
+            .applied(source, volume);
+    }
     let Some(origin) = header.origin else { return Ok(volume) };
     let affine = Affine { steps: [DVec3::X, DVec3::Y, DVec3::Z], origin: DVec3::from_array(origin) };
     let zero = affine.placement(source, Space::Other)?;
     let to_middle = if array.is_of_cells { DVec3::splat(0.5) } else { DVec3::ZERO };
     let placement = zero.moved_to(to_middle, volume.grid());
     Ok(volume.with_placement(placement))
+}
+
+/// The positions of points along each axis.
+fn coordinates(source: &Source, header: &Header) -> Result<[Vec<f64>; 3]> {
+    let mut found: [Vec<f64>; 3] = Default::default();
+    for (axis, values) in found.iter_mut().enumerate() {
+        let name = ["X_COORDINATES", "Y_COORDINATES", "Z_COORDINATES"][axis];
+        let Some(positions) = header.positions[axis] else {
+            return Err(source.malformed(format!("it has no {name} before its data; write the file again")));
+        };
+        let bytes = &source.bytes()[positions.start..];
+        *values = match header.is_binary {
+            true => with_voxel_type!(positions.dtype, T => {
+                let raw = bytes.chunks_exact(size_of::<T>()).take(positions.count);
+                raw.map(|raw| T::decode(raw, Endian::Big).to_f64()).collect()
+            }),
+            false => {
+                let decimal = numbers::decimal(source, bytes, Dtype::F64, positions.count)?;
+                decimal.as_chunks().0.iter().map(|value| f64::from_le_bytes(*value)).collect()
+            }
+        };
+    }
+    Ok(found)
 }
 
 /// Colours are bytes, which VTK writes as text in 0..=1.

@@ -8,10 +8,12 @@ use fovol_core::{Contents, Dtype, Endian};
 /// The XML, read.
 #[derive(Debug, Default)]
 pub struct Document<'a> {
+    /// The kind of data.
+    pub kind: Kind,
     /// How bytes are written.
     pub coding: Coding,
     /// First and last point along each axis, of the piece that holds the data.
-    pub extent: Option<[i64; 6]>,
+    pub extent: Option<Extent>,
     /// The spacing of the points, if the file states it.
     pub spacing: Vec<f64>,
     /// The position of point (0, 0, 0), if the file states it.
@@ -22,8 +24,27 @@ pub struct Document<'a> {
     pub points: Attributes<'a>,
     /// The arrays of cells.
     pub cells: Attributes<'a>,
+    /// The positions of points along x, y and z, of a rectilinear grid.
+    pub coordinates: Attributes<'a>,
+    /// The pieces of a parallel image: the extent and the file of each.
+    pub pieces: Vec<(Option<Extent>, Option<String>)>,
     /// The appended data after the arrays, if any.
     pub appended: Option<Appended>,
+}
+
+/// First and last point along x, y and z.
+pub type Extent = [i64; 6];
+
+/// The kinds of data that are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Kind {
+    /// An image in one piece.
+    #[default]
+    Image,
+    /// Values at points whose distances may differ.
+    Rectilinear,
+    /// An image whose pieces are in other files.
+    Parallel,
 }
 
 /// How the bytes of all arrays are written.
@@ -89,15 +110,24 @@ pub struct Appended {
 }
 
 impl Document<'_> {
+    /// The number of points along each axis, and the extent that says so.
+    ///
+    /// # Errors
+    /// No sound extent.
+    pub fn points_and_extent(&self, source: &Source) -> Result<([usize; 3], Extent)> {
+        let extent = self.extent.ok_or_else(|| source.malformed("its XML has no image with an Extent"))?;
+        let points = points(extent).ok_or_else(|| {
+            source.malformed(format!("its Extent {extent:?} is not first and last point along each axis"))
+        })?;
+        Ok((points, extent))
+    }
+
     /// The array to show.
     ///
     /// # Errors
     /// No array, none of the chosen name, or no sound extent.
     pub fn shown(&self, source: &Source, overrides: &Overrides) -> Result<Shown<'_>> {
-        let extent = self.extent.ok_or_else(|| source.malformed("its XML has no image with an Extent"))?;
-        let points = points(extent).ok_or_else(|| {
-            source.malformed(format!("its Extent {extent:?} is not first and last point along each axis"))
-        })?;
+        let (points, _) = self.points_and_extent(source)?;
         let of = |attributes: &'_ Attributes<'_>, is_of_cells: bool| {
             let is_active = |array: &Array<'_>| attributes.active.as_deref() == Some(&*array.name);
             let arrays = attributes.arrays.iter();
@@ -140,7 +170,7 @@ pub struct Shown<'a> {
 }
 
 /// The number of points along each axis.
-fn points(extent: [i64; 6]) -> Option<[usize; 3]> {
+pub fn points(extent: Extent) -> Option<[usize; 3]> {
     let mut counts = [0; 3];
     for (count, ends) in counts.iter_mut().zip(extent.chunks_exact(2)) {
         let steps = usize::try_from(ends[1].checked_sub(ends[0])?).ok()?;

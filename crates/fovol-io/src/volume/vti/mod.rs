@@ -1,16 +1,18 @@
-//! VTK XML image data: <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.
+//! VTK XML image data, in one file or in pieces, and rectilinear grids: <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.
 
 mod arrays;
 mod base64;
 mod document;
+mod pieces;
 mod write;
 mod xml;
 
 use super::affine::Affine;
 use super::layout::{Layout, placed, spacing_of};
+use super::rectilinear::Coordinates;
 use super::{Overrides, Source, numbers};
 use crate::Result;
-use document::{Data, Document};
+use document::{Array, Data, Document, Kind};
 use fovol_core::{Endian, Grid, Placement, Space, Volume, VoxelBytes};
 use glam::DVec3;
 use std::sync::Arc;
@@ -24,10 +26,14 @@ pub fn is_vtk_xml(bytes: &[u8]) -> bool {
     first_element(bytes).is_some()
 }
 
-/// Whether `bytes` begin as VTK's XML files of image data do.
+/// Whether `bytes` begin as VTK's XML files of images and rectilinear grids do.
 pub fn is_vti(bytes: &[u8]) -> bool {
-    first_element(bytes)
-        .is_some_and(|element| element.contains("\"ImageData\"") || element.contains("'ImageData'"))
+    let is_of = |element: &str, kind: &str| {
+        ['"', '\''].iter().any(|mark| element.contains(&format!("{mark}{kind}{mark}")))
+    };
+    first_element(bytes).is_some_and(|element| {
+        ["ImageData", "RectilinearGrid", "PImageData"].iter().any(|kind| is_of(&element, kind))
+    })
 }
 
 /// The text of the element `VTKFile` at the start of `bytes`.
@@ -40,21 +46,40 @@ fn first_element(bytes: &[u8]) -> Option<String> {
     Some(element[..element.find('>')?].to_owned())
 }
 
-/// Reads a `.vti` file: the chosen array, else the scalars of its points, else of its cells.
+/// Reads a `.vti`, `.vtr` or `.pvti` file: the chosen array, else the scalars of its points, else of its cells.
 ///
 /// # Errors
-/// Broken XML, damaged data, other data than images, types and compressions that are not read.
+/// Broken XML, damaged data, other data than images, types and compressions that are not read, missing pieces.
 pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let document = xml::parse(source)?;
     let shown = document.shown(source, overrides)?;
-    let array = shown.array;
-    let mut layout = Layout {
+    let layout = Layout {
         dims: shown.dims,
         spacing: spacing_of(&document.spacing),
-        dtype: array.dtype(source)?,
-        endian: document.coding.endian,
-        components: array.components,
+        components: shown.array.components,
+        ..Layout::new(shown.dims, shown.array.dtype(source)?)
     };
+    if document.kind == Kind::Parallel {
+        let volume = pieces::volume(source, &document, &shown, layout)?;
+        let volume = volume.with_format("VTK XML parallel image data").with_contents(shown.contents);
+        let placement = placement(source, &document, shown.is_of_cells, volume.grid())?;
+        return Ok(placed(volume, placement, None));
+    }
+    let volume = values(source, &document, shown.array, layout)?.with_contents(shown.contents);
+    if document.kind == Kind::Rectilinear {
+        let points = document.extent.and_then(document::points).unwrap_or(shown.dims);
+        let coordinates = coordinates(source, &document, points)?;
+        let coordinates = Coordinates::new(source, &coordinates, points, shown.is_of_cells)?;
+        return coordinates.applied(source, volume.with_format("VTK XML rectilinear grid"));
+    }
+    let volume = volume.with_format("VTK XML image data");
+    let placement = placement(source, &document, shown.is_of_cells, volume.grid())?;
+    Ok(placed(volume, placement, None))
+}
+
+/// The values of `array` in `layout`, but for the byte order, which the file says.
+fn values(source: &Source, document: &Document<'_>, array: &Array<'_>, mut layout: Layout) -> Result<Volume> {
+    layout.endian = document.coding.endian;
     let needed = layout.length(source)?;
     let (bytes, offset): (VoxelBytes, usize) = match array.data {
         Data::Ascii(text) => {
@@ -70,10 +95,22 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
             arrays::appended(source, document.coding, appended, offset, needed)?
         }
     };
-    let volume =
-        layout.volume(source, bytes, offset)?.with_format("VTK XML image data").with_contents(shown.contents);
-    let placement = placement(source, &document, shown.is_of_cells, volume.grid())?;
-    Ok(placed(volume, placement, None))
+    layout.volume(source, bytes, offset)
+}
+
+/// The positions of `points` along each axis.
+fn coordinates(source: &Source, document: &Document<'_>, points: [usize; 3]) -> Result<[Vec<f64>; 3]> {
+    let mut found: [Vec<f64>; 3] = Default::default();
+    for (axis, positions) in found.iter_mut().enumerate() {
+        let array = document.coordinates.arrays.get(axis).filter(|array| array.components == 1);
+        let array = array.ok_or_else(|| {
+            source.malformed("its Coordinates are not three arrays of numbers; write the file again")
+        })?;
+        let layout = Layout::new([points[axis], 1, 1], array.dtype(source)?);
+        let volume = values(source, document, array, layout)?;
+        *positions = (0..points[axis]).map(|index| volume.value([index, 0, 0])).collect();
+    }
+    Ok(found)
 }
 
 /// Where the grid lies: the first voxel is the first point of the extent, or the middle of the first cell.

@@ -1,6 +1,6 @@
 //! From the XML to a [`Document`].
 
-use super::document::{Appended, Array, Attributes, Coding, Compressor, Data, Document};
+use super::document::{Appended, Array, Attributes, Coding, Compressor, Data, Document, Kind};
 use crate::Result;
 use crate::volume::Source;
 use fovol_core::Endian;
@@ -67,6 +67,10 @@ fn markup(source: &Source) -> Result<(usize, Option<usize>)> {
     }
 }
 
+/// Advice for other data than images.
+const RESAMPLE: &str =
+    "make one of it in ParaView: Filters > Resample To Image, then File > Save Data as .vti";
+
 /// The elements that matter, by where they may stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
@@ -75,6 +79,7 @@ enum Place {
     Piece,
     Points,
     Cells,
+    Coordinates,
     Array,
     Appended,
     Other,
@@ -84,12 +89,14 @@ impl Place {
     fn of(parent: Option<Self>, name: &str) -> Self {
         match (parent, name) {
             (None, "VTKFile") => Self::File,
-            (Some(Self::File), "ImageData") => Self::Image,
+            (Some(Self::File), "ImageData" | "RectilinearGrid" | "PImageData") => Self::Image,
             (Some(Self::File), "AppendedData") => Self::Appended,
             (Some(Self::Image), "Piece") => Self::Piece,
-            (Some(Self::Piece), "PointData") => Self::Points,
-            (Some(Self::Piece), "CellData") => Self::Cells,
-            (Some(Self::Points | Self::Cells), "DataArray") => Self::Array,
+            (Some(Self::Piece), "PointData") | (Some(Self::Image), "PPointData") => Self::Points,
+            (Some(Self::Piece), "CellData") | (Some(Self::Image), "PCellData") => Self::Cells,
+            (Some(Self::Piece), "Coordinates") => Self::Coordinates,
+            (Some(Self::Points | Self::Cells), "DataArray" | "PDataArray") => Self::Array,
+            (Some(Self::Coordinates), "DataArray") => Self::Array,
             _ => Self::Other,
         }
     }
@@ -114,6 +121,7 @@ impl<'a> Walk<'a> {
             Place::Piece => self.piece(element)?,
             Place::Points => self.document.points.active = self.get(element, "Scalars")?,
             Place::Cells => self.document.cells.active = self.get(element, "Scalars")?,
+            Place::Coordinates => self.document.coordinates = Attributes::default(),
             Place::Array => {
                 let array = self.array(element)?;
                 self.attributes().arrays.push(array);
@@ -152,18 +160,24 @@ impl<'a> Walk<'a> {
     fn attributes(&mut self) -> &mut Attributes<'a> {
         match self.places.last() {
             Some(Place::Cells) => &mut self.document.cells,
+            Some(Place::Coordinates) => &mut self.document.coordinates,
             _ => &mut self.document.points,
         }
     }
 
     fn file(&mut self, element: &BytesStart<'_>) -> Result<()> {
         let kind = self.get(element, "type")?.unwrap_or_default();
-        if kind != "ImageData" {
-            return Err(self.source.unsupported(format!(
-                "it holds VTK {}; only ImageData is read; resample it to an image, in ParaView for one",
-                kind.escape_debug()
-            )));
-        }
+        self.document.kind = match kind.as_str() {
+            "ImageData" => Kind::Image,
+            "RectilinearGrid" => Kind::Rectilinear,
+            "PImageData" => Kind::Parallel,
+            other => {
+                return Err(self.source.unsupported(format!(
+                    "it holds VTK {}, which is no image; {RESAMPLE}",
+                    other.escape_debug()
+                )));
+            }
+        };
         let endian = match self.get(element, "byte_order")?.as_deref() {
             Some("BigEndian") => Endian::Big,
             _ => Endian::Little,
@@ -198,6 +212,11 @@ impl<'a> Walk<'a> {
     }
 
     fn piece(&mut self, element: &BytesStart<'_>) -> Result<()> {
+        if self.document.kind == Kind::Parallel {
+            let piece = (self.extent(element, "Extent")?, self.get(element, "Source")?);
+            self.document.pieces.push(piece);
+            return Ok(());
+        }
         self.pieces += 1;
         if self.pieces > 1 {
             return Err(self.source.unsupported("it is cut into several pieces; write it as one"));

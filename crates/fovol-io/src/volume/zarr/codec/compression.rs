@@ -1,6 +1,7 @@
 //! Compressions and checksums of bytes.
 
-use super::{blosc, crc32c};
+use super::crc32c;
+use crate::volume::blosc;
 use bzip2::bufread::MultiBzDecoder;
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
 use serde_json::Value;
@@ -92,7 +93,9 @@ impl Compression {
         let limit = |ratio: usize| most.min(packed.len().saturating_mul(ratio).saturating_add(FREE));
         match self {
             Self::Zstd => zstd(packed, out, limit(MOST_OF_ZSTD)),
-            Self::Blosc => blosc::decode(packed, out, limit(MOST_OF_ZSTD)),
+            Self::Blosc => {
+                blosc::decode(packed, out, limit(MOST_OF_ZSTD)).map_err(|problem| problem.to_string())
+            }
             Self::Gzip => stream(MultiGzDecoder::new(packed), out, limit(MOST_OF_DEFLATE)),
             Self::Zlib => stream(ZlibDecoder::new(packed), out, limit(MOST_OF_DEFLATE)),
             Self::Bzip2 => stream(MultiBzDecoder::new(packed), out, limit(MOST_OF_BZIP2)),

@@ -1,6 +1,5 @@
 //! The encoding of a chunk: how axes are ordered, filters of values, bytes or shards, compressions.
 
-mod blosc;
 mod compression;
 mod crc32c;
 mod decoding;
