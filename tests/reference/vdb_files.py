@@ -51,7 +51,7 @@ def problems(case, answer, values, folder):
     spacing = np.linalg.norm(steps, axis=1)
     wanted = {"dims": case["dims"], "dtype": case["dtype"], "components": case["components"], "array": case["array"] or None}
     found += [f"{key} {answer[key]}, not {value}" for key, value in wanted.items() if answer[key] != value]
-    for key, value in {"spacing": spacing, "origin": case["origin"], "orientation": (steps / spacing[:, None])}.items():
+    for key, value in {"spacing": spacing, "origin": case["origin"], "orientation": (steps / spacing[:, None]).T}.items():
         if not np.allclose(answer[key], value, rtol=1e-9, atol=1e-9):
             found.append(f"{key} {answer[key]}, not {value}")
     expected = np.fromfile(folder / case["values"], "<f8")
