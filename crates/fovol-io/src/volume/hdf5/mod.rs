@@ -7,6 +7,7 @@ mod big_data_viewer;
 mod element;
 mod file;
 mod imaris;
+mod limits;
 mod lzf;
 mod packed;
 mod spacing;
