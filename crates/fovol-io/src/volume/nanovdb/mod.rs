@@ -10,7 +10,7 @@ use super::active_box::{ActiveBox, LEVEL_SET};
 use super::affine::Affine;
 use super::arrays::{self, Candidate};
 use super::{Overrides, Source};
-use crate::{Error, Result};
+use crate::Result;
 pub use file::is_nanovdb;
 use file::{Entry, entries, u32_at, u64_at};
 use fovol_core::Volume;

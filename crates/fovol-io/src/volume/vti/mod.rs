@@ -11,12 +11,11 @@ mod xml;
 use super::affine::Affine;
 use super::layout::{Layout, placed, spacing_of};
 use super::rectilinear::Coordinates;
-use super::{Overrides, Source, numbers};
+use super::{Overrides, Source};
 use crate::Result;
-use document::{Array, Data, Document, Kind};
-use fovol_core::{Endian, Grid, Placement, Space, Volume, VoxelBytes};
+use document::{Document, Kind};
+use fovol_core::{Grid, Placement, Space, Volume};
 use glam::DVec3;
-use std::sync::Arc;
 use values::values;
 pub use write::write;
 
