@@ -98,7 +98,7 @@ struct SeriesReport {
     dims: [usize; 3],
     /// Number of time points.
     times: usize,
-    /// What tells it apart from other volumes of the same series.
+    /// Property that tells it apart from other volumes of the same series.
     #[serde(skip_serializing_if = "String::is_empty")]
     part: String,
 }

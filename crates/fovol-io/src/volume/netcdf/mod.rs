@@ -46,7 +46,7 @@ fn is_minc(header: &Header) -> bool {
     names("rootvariable") || has_axis && names("image")
 }
 
-/// What a variable would be as a volume.
+/// A variable as a volume.
 struct Candidate {
     axes: std::result::Result<ArrayAxes, String>,
     /// Whether it holds bounds or coordinates of other variables.
