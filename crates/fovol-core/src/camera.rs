@@ -1,16 +1,20 @@
-use crate::{Error, FrameSize, Grid, Result};
+use crate::{Error, FrameSize, Grid, Projection, Result};
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-/// Pinhole camera. Its space is world space with +y up, unless it was [turned](Self::turned).
+/// Camera. Its space is world space with +y up, unless it was [turned](Self::turned).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// Position of the eye.
     pub eye: DVec3,
     /// Point at the centre of the picture.
     pub target: DVec3,
-    /// Vertical field of view in degrees, above 0 and below 180.
+    /// Vertical field of view in degrees, above 0 and below 180. An orthographic picture shows as much as this angle
+    /// does at the target.
     pub fovy: f64,
+    /// How it projects.
+    #[serde(default)]
+    pub projection: Projection,
     /// Rotation from the space of `eye` and `target` to world space, where +y is up: an orthogonal matrix.
     #[serde(skip)]
     pub upright: DMat3,
@@ -63,11 +67,22 @@ impl Ray {
 /// Camera prepared for one frame size; generates the ray of any pixel.
 #[derive(Debug, Clone, Copy)]
 pub struct RayBasis {
+    /// The eye. With parallel rays it is the origin of the ray through the picture's centre.
     eye: DVec3,
     forward: DVec3,
     right: DVec3,
     up: DVec3,
     size: [f64; 2],
+    projection: Projection,
+}
+
+/// Rays of `N` pixels side by side, with x, y and z in separate arrays.
+#[derive(Debug, Clone, Copy)]
+pub struct RaysBeside<const N: usize> {
+    /// Origins.
+    pub origin: [[f64; N]; 3],
+    /// Directions; length 1.
+    pub direction: [[f64; N]; 3],
 }
 
 impl RayBasis {
@@ -76,13 +91,48 @@ impl RayBasis {
     pub fn ray(&self, x: u32, y: u32) -> Ray {
         let u = (f64::from(x) + 0.5) / self.size[0] * 2.0 - 1.0;
         let v = 1.0 - (f64::from(y) + 0.5) / self.size[1] * 2.0;
-        Ray { origin: self.eye, direction: (self.forward + self.right * u + self.up * v).normalize() }
+        match self.projection {
+            Projection::Perspective => {
+                let direction = (self.forward + self.right * u + self.up * v).normalize();
+                Ray { origin: self.eye, direction }
+            }
+            Projection::Orthographic => {
+                Ray { origin: self.eye + self.right * u + self.up * v, direction: self.forward }
+            }
+        }
     }
 
-    /// Directions of [`Self::ray`] for `N` pixels, with x, y and z in separate arrays. The loops have no branches, so
-    /// that compilers vectorise them.
+    /// [`Self::ray`] for `N` pixels.
     #[inline(always)]
-    pub fn directions<const N: usize>(&self, x: &[f64; N], y: &[f64; N]) -> [[f64; N]; 3] {
+    pub fn beside<const N: usize>(&self, x: &[f64; N], y: &[f64; N]) -> RaysBeside<N> {
+        match self.projection {
+            Projection::Perspective => {
+                RaysBeside { origin: self.eye.to_array().map(|at| [at; N]), direction: self.directions(x, y) }
+            }
+            Projection::Orthographic => RaysBeside {
+                origin: self.origins(x, y),
+                direction: self.forward.to_array().map(|along| [along; N]),
+            },
+        }
+    }
+
+    /// Origins of parallel rays.
+    #[inline(always)]
+    fn origins<const N: usize>(&self, x: &[f64; N], y: &[f64; N]) -> [[f64; N]; 3] {
+        let mut from = [[0.0; N]; 3];
+        for i in 0..N {
+            let u = (x[i] + 0.5) / self.size[0] * 2.0 - 1.0;
+            let v = 1.0 - (y[i] + 0.5) / self.size[1] * 2.0;
+            for a in 0..3 {
+                from[a][i] = self.eye[a] + self.right[a] * u + self.up[a] * v;
+            }
+        }
+        from
+    }
+
+    /// Directions of perspective rays. The loops have no branches, so that compilers vectorise them.
+    #[inline(always)]
+    fn directions<const N: usize>(&self, x: &[f64; N], y: &[f64; N]) -> [[f64; N]; 3] {
         let mut along = [[0.0; N]; 3];
         for i in 0..N {
             let u = (x[i] + 0.5) / self.size[0] * 2.0 - 1.0;
@@ -101,18 +151,28 @@ impl RayBasis {
         along
     }
 
-    /// Vectors from the eye to the picture's centre, and from there to the right and the upper edge. Ray directions
-    /// are sums of these.
+    /// Vectors from the eye to the picture's centre, and from there to the right and the upper edge. Directions of
+    /// perspective rays are sums of these. Parallel rays have the first as direction, and their origins differ by the
+    /// others.
     pub fn axes(&self) -> [DVec3; 3] {
         [self.forward, self.right, self.up]
     }
 
-    /// Common origin of all rays.
+    /// Origin of the ray through the picture's centre, and of all others unless they are parallel.
     #[inline]
     pub fn origin(&self) -> DVec3 {
         self.eye
     }
+
+    /// How rays project.
+    pub fn projection(&self) -> Projection {
+        self.projection
+    }
 }
+
+/// Distance of the origins of parallel rays from the plane through the centre of the world. The corners of a volume are
+/// at most half the diagonal of a unit cube away, 0.87.
+const PLANE: f64 = 1.0;
 
 impl Camera {
     /// Camera of `[eye x, y, z, target x, y, z, fovy]`.
@@ -127,7 +187,7 @@ impl Camera {
 
     /// Camera in world space from valid numbers, without the checks of [`Self::new`].
     pub const fn at(eye: DVec3, target: DVec3, fovy: f64) -> Self {
-        Self { eye, target, fovy, upright: DMat3::IDENTITY }
+        Self { eye, target, fovy, projection: Projection::Perspective, upright: DMat3::IDENTITY }
     }
 
     /// Transforms the camera to another space by the orthogonal matrix `turn`; it sees there what it saw here. A
@@ -137,8 +197,8 @@ impl Camera {
         Self {
             eye: *turn * self.eye,
             target: *turn * self.target,
-            fovy: self.fovy,
             upright: self.upright * turn.transpose(),
+            ..*self
         }
     }
 
@@ -181,11 +241,27 @@ impl Camera {
     }
 
     /// Prepares the camera for frames of `size`.
+    ///
+    /// Parallel rays begin on a plane in front of everything, at a distance of 1 from the centre of the world.
     pub fn rays(&self, size: FrameSize) -> RayBasis {
         let (forward, right, up) = self.axes();
         let height = (self.fovy.to_radians() * 0.5).tan();
+        let (eye, height) = match self.projection {
+            Projection::Perspective => (self.eye, height),
+            Projection::Orthographic => {
+                let to_plane = -PLANE - self.eye.dot(forward);
+                (self.eye + forward * to_plane, height * (self.target - self.eye).length())
+            }
+        };
         let (w, h) = (f64::from(size.width), f64::from(size.height));
-        RayBasis { eye: self.eye, forward, right: right * (height * w / h), up: up * height, size: [w, h] }
+        RayBasis {
+            eye,
+            forward,
+            right: right * (height * w / h),
+            up: up * height,
+            size: [w, h],
+            projection: self.projection,
+        }
     }
 }
 
@@ -218,6 +294,34 @@ mod tests {
                 assert!((turn * here.origin - there.origin).length() < 1e-12);
                 let back = turned.turned(&turn.transpose());
                 assert!((back.eye - camera.eye).length() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn parallel_pictures_are_as_high_as_perspective_ones_at_the_target() {
+        let size = FrameSize::new(160, 90).unwrap();
+        // Also from within the volume, which then is seen as from outside.
+        for distance in [0.2, 2.5, 300.0] {
+            let camera = Camera::on_sphere(30.0, 20.0, distance, 40.0);
+            let camera = Camera { target: DVec3::new(0.1, -0.2, 0.05), ..camera };
+            let parallel = Camera { projection: Projection::Orthographic, ..camera };
+            let (forward, _, up) = camera.axes();
+            let rays = parallel.rays(size);
+            let [top, bottom] = [0, 89].map(|y| rays.ray(80, y));
+            let high = (top.origin - bottom.origin).dot(up) * 90.0 / 89.0;
+            let seen = 2.0 * (camera.eye - camera.target).length() * 20f64.to_radians().tan();
+            assert!((high / seen - 1.0).abs() < 1e-9, "{high} {seen}");
+            assert!(
+                (top.direction - forward).length() < 1e-12 && (top.origin.dot(forward) + 1.0).abs() < 1e-9
+            );
+            // The target is in the middle.
+            let middle = rays.origin() - camera.target;
+            assert!((middle - forward * middle.dot(forward)).length() < 1e-9);
+            let beside = rays.beside(&[80.0, 3.0], &[0.0, 71.0]);
+            for (i, ray) in [top, rays.ray(3, 71)].into_iter().enumerate() {
+                assert_eq!(beside.origin.map(|o| o[i]), ray.origin.to_array());
+                assert_eq!(beside.direction.map(|d| d[i]), ray.direction.to_array());
             }
         }
     }

@@ -1,7 +1,7 @@
-use crate::{Error, Grid, Result};
+use crate::{ClipPlanes, Error, Grid, Result};
 use glam::DVec3;
 
-/// Crop box of a volume: rays see only the part inside it.
+/// Crop box of a volume, cut by planes: rays see only the part inside it.
 ///
 /// Corners are positions of [`Grid::world_to_grid`], in which voxel *i* covers [i, i+1]. They may lie anywhere within
 /// voxels. Interpolation near the faces still uses the voxels beyond them.
@@ -9,13 +9,18 @@ use glam::DVec3;
 pub struct ClipBox {
     low: DVec3,
     high: DVec3,
+    planes: ClipPlanes,
 }
 
 impl ClipBox {
     /// Box around all of `grid`.
     pub fn whole(grid: &Grid) -> Self {
         let [x, y, z] = grid.dims();
-        Self { low: DVec3::ZERO, high: DVec3::new(x as f64, y as f64, z as f64) }
+        Self {
+            low: DVec3::ZERO,
+            high: DVec3::new(x as f64, y as f64, z as f64),
+            planes: ClipPlanes::default(),
+        }
     }
 
     /// Box from the corner `low` to the corner `high` of `grid`.
@@ -25,13 +30,24 @@ impl ClipBox {
     pub fn new(low: DVec3, high: DVec3, grid: &Grid) -> Result<Self> {
         let whole = Self::whole(grid).high;
         if low.cmpge(DVec3::ZERO).all() && low.cmplt(high).all() && high.cmple(whole).all() {
-            return Ok(Self { low, high });
+            return Ok(Self { low, high, planes: ClipPlanes::default() });
         }
         Err(Error::Extent {
             what: "clip box".into(),
             found: format!("({} {} {}) to ({} {} {})", low.x, low.y, low.z, high.x, high.y, high.z),
             expected: format!("rising within 0 and ({} {} {}) voxels", whole.x, whole.y, whole.z),
         })
+    }
+
+    /// This box, cut by `planes` in the world space of the grid.
+    #[must_use]
+    pub fn with_planes(self, planes: ClipPlanes) -> Self {
+        Self { planes, ..self }
+    }
+
+    /// Planes that cut the box, in the world space of the grid.
+    pub fn planes(&self) -> &ClipPlanes {
+        &self.planes
     }
 
     /// Lowest and highest corner in the world space of `grid`.

@@ -9,8 +9,19 @@ pub struct Label {
     pub colour: Option<[u8; 3]>,
 }
 
+/// How a file asks to show one of its channels.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ChannelDisplay {
+    /// Red, green and blue of sRGB.
+    pub colour: Option<[u8; 3]>,
+    /// The values shown as darkest and brightest, rising.
+    pub window: Option<[f64; 2]>,
+    /// Whether the channel is shown at first; false only if the file says so.
+    pub is_hidden: bool,
+}
+
 /// Content of a volume's file, and the part of it that the volume holds.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Contents {
     /// Names of the arrays; empty where the format does not name any.
     pub arrays: Vec<String>,
@@ -18,12 +29,18 @@ pub struct Contents {
     pub array: usize,
     /// Names of the channels; empty where the format has none.
     pub channels: Vec<String>,
+    /// How the file asks to show each channel; empty where it says nothing.
+    pub displays: Vec<ChannelDisplay>,
     /// Index of the channel that the volume holds.
     pub channel: usize,
     /// Number of time points, 1 or more.
     pub times: usize,
     /// Index of the time point that the volume holds.
     pub time: usize,
+    /// Number of levels of resolution, 1 or more.
+    pub levels: usize,
+    /// Index of the level that the volume holds; 0 is the finest.
+    pub level: usize,
     /// Number of values per voxel, 1 or more.
     pub components: usize,
     /// Index of the component that is shown.
@@ -42,9 +59,12 @@ impl Default for Contents {
             arrays: Vec::new(),
             array: 0,
             channels: Vec::new(),
+            displays: Vec::new(),
             channel: 0,
             times: 1,
             time: 0,
+            levels: 1,
+            level: 0,
             components: 1,
             component: 0,
             are_colours: false,
@@ -63,8 +83,8 @@ impl Contents {
         self.arrays.get(self.array).map(String::as_str).filter(|name| !name.is_empty())
     }
 
-    /// Notes on files with several arrays, channels, time points or components: what is shown and how to choose. One
-    /// line each, to follow the file's name.
+    /// Notes on files with several arrays, channels, time points, levels or components: what is shown and how to
+    /// choose. One line each, to follow the file's name.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if self.arrays.len() > 1 {
@@ -80,6 +100,7 @@ impl Contents {
         for (count, what, shown, flag) in [
             (self.channels.len(), "channels", format!("{}{channel}", self.channel), "--channel"),
             (self.times, "time points", self.time.to_string(), "--time"),
+            (self.levels, "levels of resolution", self.level.to_string(), "--level"),
             (self.components, &format!("components{colours}"), self.component.to_string(), "--component"),
         ] {
             if count > 1 {
@@ -116,6 +137,8 @@ mod tests {
             channels: vec!["DAPI".into(), String::new()],
             times: 3,
             time: 2,
+            levels: 2,
+            level: 1,
             components: 3,
             are_colours: true,
             ..Contents::default()
@@ -126,6 +149,7 @@ mod tests {
                 "has 2 arrays (t, v), `v` is shown; --array NAME chooses another",
                 "has 2 channels, number 0 (DAPI) is shown; --channel N chooses another",
                 "has 3 time points, number 2 is shown; --time N chooses another",
+                "has 2 levels of resolution, number 1 is shown; --level N chooses another",
                 "has 3 components that are colours, number 0 is shown; --component N chooses another",
             ]
         );

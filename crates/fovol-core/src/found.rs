@@ -12,6 +12,8 @@ pub struct Found {
     pub histogram: Mutex<Option<(Bins, Vec<u64>)>>,
     /// The smallest value above 0, if there is one.
     pub least_positive: OnceLock<Option<f64>>,
+    /// The labels, if the values look like labels.
+    pub labels: OnceLock<Option<Vec<f64>>>,
 }
 
 /// Equal parts of the range `lo` to `hi`.

@@ -12,7 +12,18 @@ impl Volume {
     ///
     /// Labels are 3 to 32 different integers, and somewhere two voxels touch whose labels are not next to each other in
     /// order. Labels jump, while the values of a scan pass through all values between.
-    pub fn label_values(&self) -> Option<Vec<f64>> {
+    ///
+    /// They are looked for once.
+    pub fn label_values(&self) -> Option<&[f64]> {
+        self.found.labels.get_or_init(|| self.looked_up_labels()).as_deref()
+    }
+
+    /// Whether the values are labels: the file says so, or they look like labels.
+    pub fn is_label_map(&self) -> bool {
+        self.dtype().is_integer() && (self.contents().are_labels || self.label_values().is_some())
+    }
+
+    fn looked_up_labels(&self) -> Option<Vec<f64>> {
         if !self.dtype().is_integer() {
             return None;
         }
@@ -50,7 +61,7 @@ mod tests {
 
     #[test]
     fn labels_jump() {
-        assert_eq!(volume(vec![0, 0, 3, 3, 0, 1, 1, 3]).label_values(), Some(vec![0.0, 1.0, 3.0]));
+        assert_eq!(volume(vec![0, 0, 3, 3, 0, 1, 1, 3]).label_values(), Some(&[0.0, 1.0, 3.0][..]));
         // Neighbours along y alone.
         assert_eq!(volume(vec![0, 0, 0, 1, 7, 7, 0, 0]).label_values().map(|v| v.len()), Some(3));
     }

@@ -1,4 +1,4 @@
-use crate::{Frame, FrameSize, RayBasis};
+use crate::{Frame, FrameSize, Projection, RayBasis};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -35,7 +35,7 @@ impl Region {
         for [low, high] in boxes {
             let extent = (high - low).to_array();
             let edges = std::array::from_fn(|axis| units[axis] * extent[axis]);
-            match Outline::of_box(seen(low - rays.origin()), edges) {
+            match Outline::of_box(seen(low - rays.origin()), edges, rays.projection()) {
                 Outline::None => {}
                 Outline::Everywhere => return Some(Self::whole(size)),
                 Outline::Between(outline) => {
@@ -152,17 +152,21 @@ enum Outline {
 
 impl Outline {
     /// Outline of the box at `corner` with the given `edges`. Coordinates are depth, and right and up in units that
-    /// reach the frame's edges at 1 times the depth.
-    fn of_box(corner: DVec3, edges: [DVec3; 3]) -> Self {
+    /// reach the frame's edges at 1 times the depth, or at 1 with parallel rays.
+    fn of_box(corner: DVec3, edges: [DVec3; 3], projection: Projection) -> Self {
         let (mut behind, mut ends) = (0, [[f64::INFINITY, f64::NEG_INFINITY]; 2]);
         for number in 0..8 {
             let ways = edges.iter().enumerate().filter(|(bit, _)| number >> bit & 1 == 1);
             let at = ways.fold(corner, |at, (_, edge)| at + edge);
-            if at.x < 1e-6 {
+            let depth = match projection {
+                Projection::Perspective => at.x,
+                Projection::Orthographic => 1.0,
+            };
+            if depth < 1e-6 {
                 behind += 1;
                 continue;
             }
-            for (ends, at) in ends.iter_mut().zip([at.y / at.x, -at.z / at.x]) {
+            for (ends, at) in ends.iter_mut().zip([at.y / depth, -at.z / depth]) {
                 *ends = [ends[0].min(at), ends[1].max(at)];
             }
         }

@@ -1,4 +1,4 @@
-use crate::{Camera, FrameSize};
+use crate::{Camera, FrameSize, Projection};
 use glam::{DMat3, DVec3, Vec3};
 
 /// Mapping of pixels from one frame to another by the cameras of both.
@@ -7,35 +7,43 @@ use glam::{DMat3, DVec3, Vec3};
 /// in (x, y). In the other camera's axes that is t/|d| · (M·d + |d|/t · m). The factor before the bracket does not
 /// change the projection. So the other pixel comes from M·d + w·|d|·m with the inverse distance w = 1/t, which also
 /// works at infinity (w = 0).
+///
+/// Parallel rays begin at points that are linear in (x, y), so that the other pixel comes from M·(begin − other begin) +
+/// t·m with m the direction in the other camera's axes. What is infinitely far away moves as the centre of the world.
 #[derive(Debug, Clone, Copy)]
 pub struct Reprojection {
-    /// M·d for pixel (0, 0), and its increments per pixel right and down.
+    /// M·d for pixel (0, 0), and its increments per pixel right and down. With parallel rays d is the way between the two
+    /// origins.
     base: [Vec3; 3],
     /// d for pixel (0, 0), and its increments per pixel right and down.
     direction: [Vec3; 3],
-    /// m, the translation in the other camera's axes.
+    /// m, the translation in the other camera's axes; with parallel rays the direction.
     parallax: Vec3,
     /// Half width and half height of the other camera's view at distance 1.
     half: [f32; 2],
     size: [f32; 2],
     /// Pixel of the whole frame that counts as (0, 0).
     corner: [f32; 2],
+    projection: Projection,
 }
 
 impl Reprojection {
-    /// Mapping from pixels of `camera` to pixels of `other`, both with frames of `size`.
+    /// Mapping from pixels of `camera` to pixels of `other`, both with frames of `size`. Between cameras of different
+    /// projections nothing moves.
     pub fn new(camera: &Camera, other: &Camera, size: FrameSize) -> Self {
+        let camera = if camera.projection == other.projection { camera } else { other };
         let (w, h) = (f64::from(size.width), f64::from(size.height));
-        let axes = |camera: &Camera| {
-            let (forward, right, up) = camera.axes();
-            let height = (camera.fovy.to_radians() * 0.5).tan();
-            (forward, right * (height * w / h), up * height)
-        };
-        let (forward, right, up) = axes(camera);
+        let [here, there] = [camera, other].map(|camera| camera.rays(size));
+        let [ahead, right, up] = here.axes();
         let across = right * (2.0 / w);
         let down = -up * (2.0 / h);
-        let first = forward - right + up + (across + down) * 0.5;
-        let (forward, right, up) = axes(other);
+        let way = here.origin() - there.origin();
+        let (from, moved) = match camera.projection {
+            Projection::Perspective => (ahead, way),
+            Projection::Orthographic => (way, ahead),
+        };
+        let first = from - right + up + (across + down) * 0.5;
+        let [forward, right, up] = there.axes();
         let half = [right, up].map(|side| side.length() as f32);
         // Rows that give the depth along the view, and the position in −1…1 times the depth.
         let rows = [forward, right / right.length_squared(), up / up.length_squared()];
@@ -44,10 +52,11 @@ impl Reprojection {
         Self {
             base: directions.map(|d| (project * d).as_vec3()),
             direction: directions.map(DVec3::as_vec3),
-            parallax: (project * (camera.eye - other.eye)).as_vec3(),
+            parallax: (project * moved).as_vec3(),
             half,
             size: [w as f32, h as f32],
             corner: [0.0; 2],
+            projection: camera.projection,
         }
     }
 
@@ -74,13 +83,18 @@ impl Reprojection {
         self.half
     }
 
+    /// How both cameras project.
+    pub fn projection(&self) -> Projection {
+        self.projection
+    }
+
     /// Motion in pixels, x right and y down, from pixel (`x`, `y`) to the position of its point in the other frame.
     /// `inverse_distance` is one over the point's distance from the eye, in world units. Points behind the other
     /// camera land far outside.
     #[inline(always)]
     pub fn motion(&self, x: f32, y: f32, inverse_distance: f32) -> [f32; 2] {
         let (seen, _) = self.seen(x, y, inverse_distance);
-        let [to_x, to_y] = self.place(seen, if seen.x > 1e-6 { seen.x } else { 1e-6 });
+        let [to_x, to_y] = self.place(seen, self.depth_of(seen).max(1e-6));
         [to_x - x, to_y - y]
     }
 
@@ -93,15 +107,34 @@ impl Reprojection {
         if seen.x <= 1e-6 {
             return None;
         }
-        let away = Vec3::new(seen.x, seen.y * self.half[0], seen.z * self.half[1]).length();
-        Some((self.place(seen, seen.x), scale / away))
+        let inverse = match self.projection {
+            Projection::Perspective => {
+                scale / Vec3::new(seen.x, seen.y * self.half[0], seen.z * self.half[1]).length()
+            }
+            Projection::Orthographic => 1.0 / seen.x,
+        };
+        Some((self.place(seen, self.depth_of(seen)), inverse))
     }
 
-    /// M·d + w·|d|·m, the point in the axes of the other camera times w·|d|; and the factor w·|d|.
+    /// Divisor of positions in the other picture.
+    #[inline(always)]
+    fn depth_of(&self, seen: Vec3) -> f32 {
+        match self.projection {
+            Projection::Perspective => seen.x,
+            Projection::Orthographic => 1.0,
+        }
+    }
+
+    /// M·d + w·|d|·m, the point in the axes of the other camera times w·|d|; and the factor w·|d|. With parallel rays it
+    /// is the point itself, and the factor is the distance.
     #[inline(always)]
     fn seen(&self, x: f32, y: f32, inverse_distance: f32) -> (Vec3, f32) {
         let at = |v: &[Vec3; 3]| v[0] + v[1] * x + v[2] * y;
-        let scale = inverse_distance * at(&self.direction).length();
+        let scale = match self.projection {
+            Projection::Perspective => inverse_distance * at(&self.direction).length(),
+            Projection::Orthographic if inverse_distance > 0.0 => 1.0 / inverse_distance,
+            Projection::Orthographic => 1.0,
+        };
         (at(&self.base) + self.parallax * scale, scale)
     }
 
@@ -150,6 +183,31 @@ mod tests {
             let ([to_x, to_y], near) = seen.unwrap();
             prop_assert!((to_x - x as f32 - dx).abs() < 1e-3 && (to_y - y as f32 - dy).abs() < 1e-3);
             prop_assert!((f64::from(near) * way.length() - 1.0).abs() < 1e-4, "{near} {}", way.length());
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn parallel_rays_meet_the_point_too(
+            a in camera(), turn in -10.0f64..10.0, closer in 0.9f64..1.1, side in -0.1f64..0.1,
+            x in 0u32..200, y in 0u32..100, t in 0.2f64..1.8,
+        ) {
+            let size = FrameSize::new(200, 100).unwrap();
+            let a = Camera { projection: Projection::Orthographic, ..a };
+            let eye = glam::DQuat::from_rotation_y(turn.to_radians()) * (a.eye * closer);
+            let b = Camera { eye, target: DVec3::splat(side), ..a };
+            let ray = a.rays(size).ray(x, y);
+            let point = ray.origin + ray.direction * t;
+            let ([to_x, to_y], near) =
+                Reprojection::new(&a, &b, size).point(x as f32, y as f32, (1.0 / t) as f32).unwrap();
+            let [dx, dy] = Reprojection::new(&a, &b, size).motion(x as f32, y as f32, (1.0 / t) as f32);
+            prop_assert!((to_x - x as f32 - dx).abs() < 1e-3 && (to_y - y as f32 - dy).abs() < 1e-3);
+            // The ray of the pixel that was found passes through the point.
+            let rays = b.rays(size);
+            let [forward, right, up] = rays.axes();
+            let (u, v) = ((f64::from(to_x) + 0.5) / 100.0 - 1.0, 1.0 - (f64::from(to_y) + 0.5) / 50.0);
+            let met = rays.origin() + right * u + up * v + forward / f64::from(near);
+            prop_assert!((met - point).length() < 1e-4, "{met} {point}");
         }
     }
 

@@ -1,4 +1,4 @@
-use crate::{ClipBox, Light, Result, TransferFunction, Volume};
+use crate::{ClipBox, Interpolation, Light, RayMode, Result, TransferFunction, Volume};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -99,6 +99,10 @@ pub struct Scene {
     pub step: f64,
     /// Numerical integration along rays.
     pub integration: Integration,
+    /// How values between voxels are found.
+    pub interpolation: Interpolation,
+    /// Values along rays that pixels show.
+    pub mode: RayMode,
 }
 
 /// Most samples of a ray, at a step of one, per voxel along the three sides of the volume.
@@ -116,12 +120,23 @@ impl Scene {
             background: [0.0; 3],
             step: 0.5,
             integration: Integration::Plain,
+            interpolation: Interpolation::Linear,
+            mode: RayMode::Composite,
         }
     }
 
     /// Crop box, or the box of the whole volume.
     pub fn clip_box(&self) -> ClipBox {
         self.clip.unwrap_or_else(|| ClipBox::whole(self.volume.grid()))
+    }
+
+    /// Effective integration along rays. Between neighbouring voxels of labels there are no values to integrate over, so the
+    /// nearest voxels are always point samples.
+    pub fn marching_integration(&self) -> Integration {
+        match self.interpolation {
+            Interpolation::Linear => self.integration,
+            Interpolation::Nearest => Integration::Plain,
+        }
     }
 
     /// Effective step along rays, in voxels of the smallest spacing.
@@ -144,7 +159,7 @@ impl Scene {
     /// Checks that the parameters are valid.
     ///
     /// # Errors
-    /// An ambient or background outside [0, 1], a step outside [0.01, 100].
+    /// An ambient, background or isosurface outside [0, 1], a step outside [0.01, 100].
     pub fn check(&self) -> Result<()> {
         let unit = |x: f64| (0.0..=1.0).contains(&x);
         crate::checked(
@@ -162,6 +177,10 @@ impl Scene {
             "a number of voxels between 0.01 and 100",
             (0.01..=100.0).contains(&self.step),
         )?;
+        if let RayMode::Isosurface(value) = self.mode {
+            let value = f64::from(value);
+            crate::checked("isosurface", value, "a display value between 0 and 1", unit(value))?;
+        }
         Ok(())
     }
 }

@@ -8,7 +8,7 @@
 //!
 //! ```text
 //! {"path": FILE, "values": FILE, "convert": FILE, "component": N, "time": N, "channel": N, "array": NAME,
-//!  "series": NAME}
+//!  "series": NAME, "level": N}
 //! ```
 //!
 //! `values` receives the values as little-endian f64, x fastest. `convert` names an output file of any supported
@@ -32,6 +32,7 @@ struct Order {
     channel: Option<usize>,
     array: Option<String>,
     series: Option<String>,
+    level: Option<usize>,
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -45,8 +46,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn answer(order: Order) -> io::Result<Value> {
-    let Order { path, values, convert, component, time, channel, array, series } = order;
-    let overrides = Overrides { component, time, channel, array, series, ..Overrides::default() };
+    let Order { path, values, convert, component, time, channel, array, series, level } = order;
+    let overrides = Overrides { component, time, channel, array, series, level, ..Overrides::default() };
     let volume = match read(&path, &overrides) {
         Ok(volume) => volume,
         Err(error) => return Ok(json!({ "error": error.to_string() })),
@@ -82,6 +83,13 @@ fn described(volume: &Volume) -> Value {
         "components": contents.components,
         "times": contents.times,
         "channels": contents.channels.len().max(1),
+        "channel_names": contents.channels,
+        "displays": contents.displays.iter().map(|display| {
+            json!({ "colour": display.colour, "window": display.window, "is_hidden": display.is_hidden })
+        }).collect::<Vec<_>>(),
+        "levels": contents.levels,
+        "level": contents.level,
+        "range": volume.range(),
         "array": contents.array_name(),
         "are_colours": contents.are_colours,
         "labels": contents.are_labels.then(|| contents.labels.iter().map(|label| {

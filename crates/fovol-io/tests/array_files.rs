@@ -7,7 +7,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What a file holds for one choice of the user.
+/// Contents of a file for one choice of the user.
 #[derive(Deserialize)]
 struct Reference {
     array: Option<String>,

@@ -3,8 +3,8 @@
 
 use flate2::read::GzDecoder;
 use fovol_core::{
-    Camera, CameraPath, ControlPoint, FrameSize, Grid, Light, Scene, Shading, ShadowMode, SurfaceShading,
-    TransferFunction, Volume,
+    Camera, CameraPath, ClipBox, ClipPlane, ClipPlanes, ControlPoint, FrameSize, Grid, Interpolation, Light,
+    RayMode, Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume,
 };
 use fovol_render::cpu::{RenderOptions, Renderer, available_simd};
 use serde::Deserialize;
@@ -47,6 +47,14 @@ struct PictureCase {
     shadows: bool,
     gradient: bool,
     step: f64,
+    mode: Option<String>,
+    #[serde(default)]
+    interpolation: Interpolation,
+    /// The data value of the isosurface.
+    iso: Option<f64>,
+    /// Planes that clip: a normal and a distance.
+    #[serde(default)]
+    planes: Vec<[f64; 4]>,
 }
 
 #[derive(Deserialize)]
@@ -86,6 +94,8 @@ impl VolumeCase {
 impl PictureCase {
     fn scene(&self, cases: &Cases, volume: &Arc<Volume>) -> Scene {
         let points = cases.transfer_functions[&self.transfer_function].clone();
+        let plane = |[x, y, z, distance]: [f64; 4]| ClipPlane { normal: [x, y, z].into(), distance };
+        let planes: Vec<ClipPlane> = self.planes.iter().map(|numbers| plane(*numbers)).collect();
         Scene {
             shading: Shading {
                 light: self.light,
@@ -95,7 +105,23 @@ impl PictureCase {
             },
             background: self.background,
             step: self.step,
+            interpolation: self.interpolation,
+            mode: self.mode(volume),
+            clip: Some(ClipBox::whole(volume.grid()).with_planes(ClipPlanes::new(&planes).unwrap())),
             ..Scene::new(volume.clone(), TransferFunction::new(points).unwrap())
+        }
+    }
+}
+
+impl PictureCase {
+    fn mode(&self, volume: &Volume) -> RayMode {
+        match self.mode.as_deref() {
+            None => RayMode::Composite,
+            Some("mip") => RayMode::Mip,
+            Some("minip") => RayMode::Minip,
+            Some("average") => RayMode::Average,
+            Some("isosurface") => RayMode::Isosurface(volume.normalised(self.iso.unwrap()) as f32),
+            Some(other) => panic!("cases.json has mode {other}, which this test does not know"),
         }
     }
 }

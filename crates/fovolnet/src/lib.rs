@@ -90,6 +90,10 @@
 //! | feature | default | brings |
 //! |---|---|---|
 //! | `files` | yes | volume files, pictures, sessions, XML transfer functions, weights of PyTorch |
+//! | `dicom` | yes | volumes in DICOM |
+//! | `hdf5` | yes | volumes in HDF5 and NetCDF |
+//! | `zarr` | yes | volumes in Zarr and OME-Zarr; needs a C compiler |
+//! | `jpeg-ls` | no | JPEG-LS in DICOM; needs a C++ compiler and CMake |
 //! | `video` | yes | clips: Y4M, and others through an installed ffmpeg |
 //! | `procedural` | yes | volumes that the program makes, such as `head` |
 //! | `gpu` | yes | graphics processors, by wgpu |
@@ -146,10 +150,10 @@ pub use reconstruct::{Reconstructor, Seen};
 #[cfg(feature = "files")]
 pub use session::Session;
 pub use settings::{
-    CameraChoice, Choice, CropBox, Density, GazeChoice, Guide, NamedView, NanColour, Orientation, PathChoice,
-    Quality, RandomWeights, Reconstruction, RenderOverrides, RenderSettings, Sampling, ShadowRays,
-    SpeedSettings, StillCamera, TransferChoice, TransferRange, ValueScale, VolumeSettings, WeightsChoice,
-    parse, path_text,
+    CameraChoice, Choice, CropBox, Density, GazeChoice, Guide, Mode, NamedView, NanColour, Orientation,
+    PathChoice, Quality, RandomWeights, Reconstruction, RenderOverrides, RenderSettings, Sampling,
+    ShadowRays, SpeedSettings, StillCamera, TransferChoice, TransferRange, ValueScale, VolumeSettings,
+    WeightsChoice, parse, path_text,
 };
 pub use system::{Device, Machine, OpenDevice, keep_freed_memory, lower_thread_priority, signals};
 pub use volume::{CroppedVolume, OpenVolume, Visibility, WorldBox, open_volume, scene};

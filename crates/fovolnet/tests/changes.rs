@@ -1,9 +1,12 @@
 //! A pipeline with changed settings renders the same frames as a new pipeline with those settings.
 
-use fovolnet::core::{Camera, CameraPath, GazePath, Integration, ShadowMode, SurfaceShading};
+use fovolnet::core::{
+    Camera, CameraPath, ClipPlane, ClipPlanes, GazePath, Integration, Interpolation, Projection, ShadowMode,
+    SurfaceShading,
+};
 use fovolnet::{
-    Device, OpenVolume, Pipeline, Reconstruction, RenderSettings, Sampling, SpeedSettings, Viewpoint,
-    VolumeSettings, WeightsChoice, open_volume,
+    Choice, Device, Mode, OpenVolume, Pipeline, Reconstruction, RenderSettings, Sampling, SpeedSettings,
+    Viewpoint, VolumeSettings, WeightsChoice, open_volume,
 };
 use glam::DVec3;
 
@@ -27,6 +30,11 @@ fn begin() -> RenderSettings {
     }
 }
 
+fn planes(planes: &[[f64; 4]]) -> ClipPlanes {
+    let plane = |&[x, y, z, distance]: &[f64; 4]| ClipPlane { normal: [x, y, z].into(), distance };
+    ClipPlanes::new(&planes.iter().map(plane).collect::<Vec<_>>()).unwrap()
+}
+
 /// Changes of one setting each, applied one after another.
 fn changes() -> Vec<fn(&mut RenderSettings)> {
     vec![
@@ -41,7 +49,15 @@ fn changes() -> Vec<fn(&mut RenderSettings)> {
         |settings| settings.ambient = 0.6,
         |settings| settings.background = [0.1, 0.2, 0.3],
         |settings| settings.step = 0.8,
+        |settings| settings.interpolation = Interpolation::Nearest.into(),
+        |settings| settings.interpolation = Choice::Auto,
         |settings| settings.integration = Integration::Plain,
+        |settings| settings.planes = planes(&[[0.3, -0.5, 0.8, -0.05]]),
+        |settings| (settings.mode, settings.iso) = (Mode::Isosurface, Some(400.0)),
+        |settings| settings.iso = Some(-300.0),
+        |settings| settings.mode = Mode::Average,
+        |settings| settings.projection = Projection::Orthographic,
+        |settings| settings.mode = Mode::Composite,
         |settings| settings.pb = 0.2,
         |settings| settings.sigma = 0.1,
         |settings| settings.gaze = GazePath::Fixed([0.2, 0.3]),
@@ -52,6 +68,7 @@ fn changes() -> Vec<fn(&mut RenderSettings)> {
         |settings| settings.camera = Camera::at(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 30.0).into(),
         |settings| settings.crop = Some([0.0, 0.6, 0.1, 1.0, 0.0, 1.0].into()),
         |settings| settings.crop = Some([0.0, 0.6, 0.1, 1.0, 0.2, 0.9].into()),
+        |settings| settings.planes = planes(&[[0.3, -0.5, 0.8, 0.0], [0.0, 1.0, 0.0, -0.2]]),
         |settings| settings.size = "40x50".parse().unwrap(),
         |settings| settings.sampling = Sampling::Full,
         |settings| settings.transparent = true,

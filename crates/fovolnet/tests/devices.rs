@@ -1,14 +1,14 @@
 //! The pipeline renders the same frames on the GPU and on the CPU.
 #![cfg(feature = "gpu")]
 
-use fovolnet::core::{CameraPath, Frame, ShadowMode};
+use fovolnet::core::{CameraPath, Frame, Projection, ShadowMode};
 use fovolnet::gpu::{Gpu, read_picture};
 use fovolnet::io::procedural;
 use fovolnet::net::Fill;
 use fovolnet::render::cpu::Simd;
 use fovolnet::{
-    Density, Device, DoneFrame, Guide, OpenDevice, OpenVolume, Pipeline, Reconstruction, RenderSettings,
-    Sampling, SpeedSettings, Viewpoint, VolumeSettings, open_volume,
+    Density, Device, DoneFrame, Guide, Mode, OpenDevice, OpenVolume, Pipeline, Reconstruction,
+    RenderSettings, Sampling, SpeedSettings, Viewpoint, VolumeSettings, open_volume,
 };
 
 fn head() -> OpenVolume {
@@ -78,6 +78,7 @@ fn frames_are_those_of_the_processor() {
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn light_ratios_of_a_gpu_are_those_of_the_processor() {
     let linear = Reconstruction::Fill(Fill::Linear);
+    let perspective = (Projection::Perspective, Mode::Composite);
     for (sampling, guide, density, reconstruct) in [
         (Sampling::Compact, Guide::Cached, Density::Fixed, Reconstruction::WNet),
         (Sampling::Compact, Guide::Cached, Density::Fixed, linear),
@@ -88,46 +89,62 @@ fn light_ratios_of_a_gpu_are_those_of_the_processor() {
         (Sampling::Direct, Guide::Full, Density::Fixed, Reconstruction::WNet),
         (Sampling::Compact, Guide::None, Density::Adaptive, Reconstruction::WNet),
     ] {
-        let settings = RenderSettings {
-            size: "147x101".parse().unwrap(),
-            background: [0.3, 0.2, 0.1],
-            guide: guide.into(),
-            density: density.into(),
-            precision: "f32".parse().unwrap(),
-            ..settings(sampling, reconstruct)
-        };
-        let mut both = [Device::Cpu, Device::Gpu(None)].map(|device| pipeline(&settings, device));
-        assert_eq!(both.each_ref().map(Pipeline::guide), [guide; 2]);
-        for pipeline in &mut both {
-            pipeline.keep_guide();
-            pipeline.find_motion();
+        agree(perspective, sampling, guide, (density, reconstruct));
+    }
+    let quarter = (Density::Fixed, Reconstruction::WNet);
+    agree((Projection::Orthographic, Mode::Composite), Sampling::Compact, Guide::Quarter, quarter);
+    agree((Projection::Orthographic, Mode::Isosurface), Sampling::Compact, Guide::Quarter, quarter);
+    agree((Projection::Orthographic, Mode::Mip), Sampling::Compact, Guide::None, quarter);
+}
+
+/// Asserts that frames, guides and motion are the same on both devices.
+fn agree(
+    (projection, mode): (Projection, Mode),
+    sampling: Sampling,
+    guide: Guide,
+    (density, reconstruct): (Density, Reconstruction),
+) {
+    let settings = RenderSettings {
+        projection,
+        mode,
+        size: "147x101".parse().unwrap(),
+        background: [0.3, 0.2, 0.1],
+        guide: guide.into(),
+        density: density.into(),
+        precision: "f32".parse().unwrap(),
+        ..settings(sampling, reconstruct)
+    };
+    let mut both = [Device::Cpu, Device::Gpu(None)].map(|device| pipeline(&settings, device));
+    assert_eq!(both.each_ref().map(Pipeline::guide), [guide; 2]);
+    for pipeline in &mut both {
+        pipeline.keep_guide();
+        pipeline.find_motion();
+    }
+    for i in 0..4 {
+        let name = format!("{projection} {mode} {sampling:?} {guide} {density} {reconstruct:?} {i}");
+        let [cpu, gpu] = both.each_mut().map(|pipeline| pipeline.render(i).unwrap());
+        let near = |a: usize, b: usize| a.abs_diff(b) <= 2 + a / 200;
+        assert!(near(cpu.samples, gpu.samples), "{name}: {} {}", cpu.samples, gpu.samples);
+        let marched = (cpu.guide_samples, gpu.guide_samples);
+        assert!(near(marched.0, marched.1), "{name}: {marched:?}");
+        assert_eq!(cpu.guide_samples > 0, guide != Guide::None, "{name}");
+        let quality = |a: &Frame, b: &Frame| fovolnet::metrics::psnr(a, b).unwrap();
+        let of_frames = quality(&cpu.frame, &gpu.frame);
+        assert!(of_frames > 60.0, "{name}: {of_frames}");
+        let kept = [&cpu, &gpu].map(|frame| frame.guide.as_ref());
+        assert_eq!(kept.map(|kept| kept.is_some()), [guide != Guide::None; 2], "{name}");
+        if let [Some(cpu), Some(gpu)] = kept {
+            let guides = [cpu, gpu].map(|kept| kept.guide.to_frame(settings.size));
+            let of_guides = quality(&guides[0], &guides[1]);
+            assert!(of_guides > 60.0, "{name}: {of_guides}");
+            println!("{name}: {of_frames:.1} {of_guides:.1} {marched:?}");
         }
-        for i in 0..4 {
-            let name = format!("{sampling:?} {guide} {density} {reconstruct:?} {i}");
-            let [cpu, gpu] = both.each_mut().map(|pipeline| pipeline.render(i).unwrap());
-            let near = |a: usize, b: usize| a.abs_diff(b) <= 2 + a / 200;
-            assert!(near(cpu.samples, gpu.samples), "{name}: {} {}", cpu.samples, gpu.samples);
-            let marched = (cpu.guide_samples, gpu.guide_samples);
-            assert!(near(marched.0, marched.1), "{name}: {marched:?}");
-            assert_eq!(cpu.guide_samples > 0, guide != Guide::None, "{name}");
-            let quality = |a: &Frame, b: &Frame| fovolnet::metrics::psnr(a, b).unwrap();
-            let of_frames = quality(&cpu.frame, &gpu.frame);
-            assert!(of_frames > 60.0, "{name}: {of_frames}");
-            let kept = [&cpu, &gpu].map(|frame| frame.guide.as_ref());
-            assert_eq!(kept.map(|kept| kept.is_some()), [guide != Guide::None; 2], "{name}");
-            if let [Some(cpu), Some(gpu)] = kept {
-                let guides = [cpu, gpu].map(|kept| kept.guide.to_frame(settings.size));
-                let of_guides = quality(&guides[0], &guides[1]);
-                assert!(of_guides > 60.0, "{name}: {of_guides}");
-                println!("{name}: {of_frames:.1} {of_guides:.1} {marched:?}");
-            }
-            let motion = [&cpu, &gpu].map(|frame| frame.motion.as_deref());
-            assert_eq!(motion.map(|motion| motion.is_some()), [i > 0; 2], "{name}");
-            if let ([Some(cpu), Some(gpu)], Density::Fixed) = (motion, density) {
-                let way = |(a, b): (&[f32; 2], &[f32; 2])| (a[0] - b[0]).hypot(a[1] - b[1]);
-                let far = cpu.iter().zip(gpu).filter(|pair| way(*pair) > 0.5).count();
-                assert!(far * 50 < cpu.len(), "{name}: {far}");
-            }
+        let motion = [&cpu, &gpu].map(|frame| frame.motion.as_deref());
+        assert_eq!(motion.map(|motion| motion.is_some()), [i > 0; 2], "{name}");
+        if let ([Some(cpu), Some(gpu)], Density::Fixed) = (motion, density) {
+            let way = |(a, b): (&[f32; 2], &[f32; 2])| (a[0] - b[0]).hypot(a[1] - b[1]);
+            let far = cpu.iter().zip(gpu).filter(|pair| way(*pair) > 0.5).count();
+            assert!(far * 50 < cpu.len(), "{name}: {far}");
         }
     }
 }

@@ -1,10 +1,10 @@
-//! One scan with a letter on the patient's left, in every orientation that a file can have and in four formats. The
+//! One scan with a letter on the patient's left, in every orientation that a file can have and in five formats. The
 //! picture must always be the same, and never mirrored.
 
 use fovolnet::core::Frame;
 use fovolnet::{Device, Orientation, Pipeline, RenderSettings, SpeedSettings, VolumeSettings, open_volume};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Voxels along left, posterior and superior.
 const SIZES: [usize; 3] = [16, 10, 14];
@@ -25,6 +25,8 @@ fn scan([left, posterior, superior]: [usize; 3]) -> u8 {
 struct Axes {
     along: [usize; 3],
     backwards: [bool; 3],
+    /// Whether the scan is turned in the patient, about all three axes.
+    is_oblique: bool,
 }
 
 impl Axes {
@@ -32,7 +34,7 @@ impl Axes {
     fn all() -> Vec<Self> {
         let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
         let signs = (0..8).map(|bits| [0, 1, 2].map(|axis| bits >> axis & 1 == 1));
-        signs.flat_map(|backwards| orders.map(|along| Self { along, backwards })).collect()
+        signs.flat_map(|backwards| orders.map(|along| Self { along, backwards, is_oblique: false })).collect()
     }
 
     fn sizes(self) -> [usize; 3] {
@@ -47,7 +49,16 @@ impl Axes {
     fn direction(self, axis: usize) -> [f64; 3] {
         let mut direction = [0.0; 3];
         direction[self.along[axis]] = if self.backwards[axis] { -1.0 } else { 1.0 };
-        direction
+        self.turned(direction)
+    }
+
+    /// A vector of the scan in LPS.
+    fn turned(self, vector: [f64; 3]) -> [f64; 3] {
+        // Columns are of length 121 and at right angles.
+        const ROTATION: [[f64; 3]; 3] = [[87.0, -4.0, 84.0], [36.0, 111.0, -32.0], [-76.0, 48.0, 81.0]];
+        let [x, y, z] = vector;
+        let is_oblique = self.is_oblique;
+        if is_oblique { ROTATION.map(|[a, b, c]| (a * x + b * y + c * z) / 121.0) } else { vector }
     }
 
     /// Centre of the first voxel in LPS. The origin is the first position of the scan.
@@ -57,7 +68,7 @@ impl Axes {
             let patient = self.along[axis];
             origin[patient] = (SIZES[patient] - 1) as f64 * SPACING[patient];
         }
-        origin
+        self.turned(origin)
     }
 
     /// Voxels of the grid, x fastest.
@@ -159,6 +170,75 @@ fn nifti(axes: Axes) -> Vec<u8> {
     [bytes, axes.voxels()].concat()
 }
 
+/// One slice of a DICOM series: the images along the third axis of the grid.
+fn dicom(axes: Axes, slice: usize) -> Vec<u8> {
+    let element = |group: u16, number: u16, vr: &[u8; 2], value: &[u8]| {
+        let mut value = value.to_vec();
+        if value.len() % 2 == 1 {
+            value.push(if vr == b"UI" { 0 } else { b' ' });
+        }
+        let length = if vr == b"OW" {
+            [&[0, 0][..], &(value.len() as u32).to_le_bytes()].concat()
+        } else {
+            (value.len() as u16).to_le_bytes().to_vec()
+        };
+        [&group.to_le_bytes()[..], &number.to_le_bytes(), vr, &length, &value].concat()
+    };
+    let word = |number, value: u16| element(0x28, number, b"US", &value.to_le_bytes());
+    let words = |number, vr, text: &str| element(0x20, number, vr, text.as_bytes());
+    let [nx, ny, _] = axes.sizes();
+    let [dx, dy, dz] = axes.spacing();
+    let (origin, along) = (axes.origin(), axes.direction(2));
+    let position = [0, 1, 2].map(|a| origin[a] + slice as f64 * dz * along[a]);
+    let rows = axes.direction(0).into_iter().chain(axes.direction(1));
+    let meta = element(2, 0x10, b"UI", b"1.2.840.10008.1.2.1");
+    let length = element(2, 0, b"UL", &(meta.len() as u32).to_le_bytes());
+    [
+        [0; 128].to_vec(),
+        b"DICM".to_vec(),
+        length,
+        meta,
+        element(8, 0x16, b"UI", b"1.2.840.10008.5.1.4.1.1.2"),
+        element(8, 0x18, b"UI", format!("1.2.3.{slice}").as_bytes()),
+        element(8, 0x60, b"CS", b"CT"),
+        words(0x0D, b"UI", "1.2.3"),
+        words(0x0E, b"UI", "1.2.3.4"),
+        words(0x13, b"IS", &slice.to_string()),
+        words(0x32, b"DS", &text(position, "\\")),
+        words(0x37, b"DS", &text(rows, "\\")),
+        word(0x02, 1),
+        element(0x28, 0x04, b"CS", b"MONOCHROME2"),
+        word(0x10, ny as u16),
+        word(0x11, nx as u16),
+        element(0x28, 0x30, b"DS", text([dy, dx], "\\").as_bytes()),
+        word(0x100, 8),
+        word(0x101, 8),
+        word(0x102, 7),
+        word(0x103, 0),
+        element(0x7FE0, 0x10, b"OW", &axes.voxels()[slice * nx * ny..(slice + 1) * nx * ny]),
+    ]
+    .concat()
+}
+
+/// Writes the scan with `axes` in each format; returns names and paths.
+fn written(folder: &Path, axes: Axes) -> Vec<(&'static str, PathBuf)> {
+    let formats: [(&str, Writer); 4] = [("nrrd", nrrd), ("mha", metaimage), ("vti", vti), ("nii", nifti)];
+    let mut all = Vec::new();
+    for (ending, bytes) in formats {
+        let path = folder.join(format!("scan.{ending}"));
+        std::fs::write(&path, bytes(axes)).unwrap();
+        all.push((ending, path));
+    }
+    let slices = folder.join("dicom");
+    let _ = std::fs::remove_dir_all(&slices);
+    std::fs::create_dir(&slices).unwrap();
+    for slice in 0..axes.sizes()[2] {
+        std::fs::write(slices.join(format!("{slice}")), dicom(axes, slice)).unwrap();
+    }
+    all.push(("dicom", slices));
+    all
+}
+
 fn picture(path: &Path) -> Frame {
     let volume = open_volume(path.to_str().unwrap(), &VolumeSettings::default()).unwrap();
     let settings = RenderSettings {
@@ -191,16 +271,13 @@ type Writer = fn(Axes) -> Vec<u8>;
 #[test]
 fn a_letter_is_the_same_in_every_orientation_and_format() {
     let folder = tempfile::tempdir().unwrap();
-    let formats: [(&str, Writer); 4] = [("nrrd", nrrd), ("mha", metaimage), ("vti", vti), ("nii", nifti)];
     let mut first: Option<Frame> = None;
     for axes in Axes::all() {
-        for (ending, bytes) in formats {
-            let path = folder.path().join(format!("scan.{ending}"));
-            std::fs::write(&path, bytes(axes)).unwrap();
+        for (format, path) in written(folder.path(), axes) {
             let found = picture(&path);
             let expected = first.get_or_insert_with(|| found.clone());
             let apart = difference(expected, &found);
-            assert!(apart <= 2.0 / 255.0, "{axes:?} as {ending} differs by {apart}");
+            assert!(apart <= 2.0 / 255.0, "{axes:?} as {format} differs by {apart}");
         }
     }
     let picture = first.unwrap();
@@ -214,4 +291,23 @@ fn a_letter_is_the_same_in_every_orientation_and_format() {
     let stem = light(&picture, [0.5, 0.62], [0.55, 0.9]);
     let void = light(&picture, [0.64, 0.9], [0.6, 0.9]);
     assert!(stem > 4.0 * void, "{stem} {void}");
+}
+
+/// Scans that are oblique in the patient: axial, sagittal and coronal ones, and mirrored grids, turned by 49 degrees.
+#[test]
+fn oblique_scans_are_the_same_in_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut first: Option<Frame> = None;
+    for axes in Axes::all().into_iter().step_by(5) {
+        let axes = Axes { is_oblique: true, ..axes };
+        for (format, path) in written(folder.path(), axes) {
+            let found = picture(&path);
+            let expected = first.get_or_insert_with(|| found.clone());
+            let apart = difference(expected, &found);
+            assert!(apart <= 2.0 / 255.0, "{axes:?} as {format} differs by {apart}");
+        }
+    }
+    let upright = Axes { along: [0, 1, 2], backwards: [false; 3], is_oblique: false };
+    let path = written(folder.path(), upright).remove(0).1;
+    assert!(difference(&first.unwrap(), &picture(&path)) > 0.5, "it is turned");
 }

@@ -1,8 +1,10 @@
 //! Every field of a session is written and read back, and has an effect.
 
-use fovolnet::core::{Dtype, Endian, Frame, Integration, ShadowMode, SurfaceShading};
+use fovolnet::core::{
+    Dtype, Endian, Frame, Integration, Interpolation, Projection, ShadowMode, SurfaceShading,
+};
 use fovolnet::{
-    CropBox, Density, Device, Guide, NamedView, NanColour, Orientation, Pipeline, PlannedFrames,
+    CropBox, Density, Device, Guide, Mode, NamedView, NanColour, Orientation, Pipeline, PlannedFrames,
     PlannedPipeline, Quality, Reconstruction, RenderOverrides, Sampling, Session, SpeedSettings,
     TransferRange, ValueScale, VolumeSettings, Way, open_volume,
 };
@@ -35,10 +37,12 @@ fn everything(volume: &Path) -> Session {
         endian: Some(Endian::Little),
         spacing: Some([1.0; 3]),
         range: Some([0.0, 65535.0]),
+        window: None,
         array: None,
         component: Some(0),
         channel: Some(0),
         time: Some(0),
+        level: Some(0),
         series: None,
         downsample: Some(1),
     };
@@ -51,11 +55,15 @@ fn everything(volume: &Path) -> Session {
         view: Some(NamedView::Anterior),
         orientation: Some(Orientation::Grid),
         camera: None,
+        projection: Some(Projection::Perspective),
+        mode: Some(Mode::Composite),
+        iso: None,
         tf: Some("auto".into()),
         tf_range: Some(TransferRange::Stretch),
         scale: Some(ValueScale::Linear),
         nan: Some(NanColour::Transparent),
         clip: Some(CropBox::WHOLE),
+        clip_plane: Some(vec![[0.0, 0.0, 1.0, -2.0]]),
         light: Some([0.5, 1.0, 0.3]),
         shadows: Some(ShadowMode::On),
         shading: Some(SurfaceShading::Flat),
@@ -63,6 +71,7 @@ fn everything(volume: &Path) -> Session {
         background: Some([0.0; 3]),
         transparent: Some(false),
         step: Some(0.5),
+        interpolation: Some(Interpolation::Linear.into()),
         integration: Some(Integration::Fine),
         sampling: Some(Sampling::Compact.into()),
         pb: Some(0.2),
@@ -119,6 +128,10 @@ fn steps() -> Vec<Step> {
         step("read.spacing", |s| s.read.spacing = Some([1.0, 1.0, 2.0])),
         step("read.range", |s| s.read.range = Some([0.0, 40000.0])),
         Step {
+            from: |s| s.read.range = None,
+            ..step("read.window", |s| s.read.window = Some([20000.0, 30000.0]))
+        },
+        Step {
             from: |s| {
                 another_file(s, "arrays.vtk");
                 s.read.array = Some("a".into());
@@ -134,6 +147,7 @@ fn steps() -> Vec<Step> {
             ..step("read.channel", |s| s.read.channel = Some(1))
         },
         Step { from: |s| another_file(s, "channels.tif"), ..step("read.time", |s| s.read.time = Some(1)) },
+        Step { from: |s| another_file(s, "levels.zarr"), ..step("read.level", |s| s.read.level = Some(1)) },
         Step {
             from: |s| another_file(s, "scans"),
             ..step("read.series", |s| s.read.series = Some("2".into()))
@@ -163,6 +177,12 @@ fn steps() -> Vec<Step> {
             from: |s| s.render.path = None,
             ..step("render.camera", |s| s.render.camera = Some([0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 30.0].into()))
         },
+        step("render.projection", |s| s.render.projection = Some(Projection::Orthographic)),
+        step("render.mode", |s| s.render.mode = Some(Mode::Mip)),
+        Step {
+            from: |s| s.render.mode = Some(Mode::Isosurface),
+            ..step("render.iso", |s| s.render.iso = Some(50000.0))
+        },
         step("render.tf", |s| s.render.tf = Some("viridis".into())),
         Step {
             from: |s| {
@@ -177,6 +197,7 @@ fn steps() -> Vec<Step> {
             ..step("render.nan", |s| s.render.nan = Some(NanColour::Colour([1.0, 0.0, 0.0, 0.5])))
         },
         step("render.clip", |s| s.render.clip = Some([0.0, 0.6, 0.1, 1.0, 0.0, 1.0].into())),
+        step("render.clip-plane", |s| s.render.clip_plane = Some(vec![[1.0, 0.5, 0.2, 0.05]])),
         step("render.light", |s| s.render.light = Some([-1.0, 0.2, 0.1])),
         step("render.shadows", |s| s.render.shadows = Some(ShadowMode::Off)),
         step("render.shading", |s| s.render.shading = Some(SurfaceShading::Gradient)),
@@ -187,6 +208,7 @@ fn steps() -> Vec<Step> {
             ..step("render.transparent", |s| s.render.transparent = Some(true))
         },
         step("render.step", |s| s.render.step = Some(0.8)),
+        step("render.interpolation", |s| s.render.interpolation = Some(Interpolation::Nearest.into())),
         step("render.integration", |s| s.render.integration = Some(Integration::Plain)),
         step("render.sampling", |s| s.render.sampling = Some(Sampling::Full.into())),
         step("render.pb", |s| s.render.pb = Some(0.4)),
@@ -285,6 +307,33 @@ fn voxels() -> Vec<u8> {
     (0..4096).flat_map(|i| value(i).to_le_bytes()).collect()
 }
 
+/// Writes an OME-Zarr volume of two levels to `folder`: 8 by 8 by 8 voxels, and 4 by 4 by 4.
+fn write_levels(folder: &Path) {
+    let axes = r#"[{"name":"z","type":"space"},{"name":"y","type":"space"},{"name":"x","type":"space"}]"#;
+    let level = |path: usize| {
+        let scale = 1 << path;
+        format!(
+            r#"{{"path":"{path}","coordinateTransformations":[{{"type":"scale","scale":[{scale},{scale},{scale}]}}]}}"#
+        )
+    };
+    let multiscales =
+        format!(r#"[{{"version":"0.4","axes":{axes},"datasets":[{},{}]}}]"#, level(0), level(1));
+    std::fs::create_dir(folder).unwrap();
+    std::fs::write(folder.join(".zgroup"), r#"{"zarr_format":2}"#).unwrap();
+    std::fs::write(folder.join(".zattrs"), format!(r#"{{"multiscales":{multiscales}}}"#)).unwrap();
+    for (path, side) in [(0, 8), (1, 4)] {
+        let array = folder.join(path.to_string());
+        std::fs::create_dir(&array).unwrap();
+        let described = format!(
+            r#"{{"zarr_format":2,"shape":[{side},{side},{side}],"chunks":[{side},{side},{side}],"dtype":"|u1",
+            "compressor":null,"fill_value":0,"order":"C","filters":null}}"#
+        );
+        std::fs::write(array.join(".zarray"), described).unwrap();
+        let values: Vec<u8> = (0..side * side * side).map(|i| (i * (7 + path) % 251) as u8).collect();
+        std::fs::write(array.join("0.0.0"), values).unwrap();
+    }
+}
+
 /// Writes files with several arrays, components, channels and time points, and one with NaN, to `folder`.
 fn write_parts(folder: &Path) {
     let plane = |seed: usize| (0..64).map(move |i| ((i * (seed + 3)) % 251) as u8);
@@ -322,6 +371,7 @@ fn write_parts(folder: &Path) {
     ];
     let tiff = [b"II*\0\x08\0\0\0\x08\0", &entries.concat()[..], &[0; 4], &bytes(8), description.as_bytes()];
     std::fs::write(folder.join("channels.tif"), tiff.concat()).unwrap();
+    write_levels(&folder.join("levels.zarr"));
     // DICOM of several series.
     let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fovol-io/tests/dicom_files/several");
     std::fs::create_dir(folder.join("scans")).unwrap();
@@ -348,6 +398,8 @@ fn every_field_of_a_session_is_kept_and_shows() {
     let mut either = whole.clone();
     either.read.array = Some("a".into());
     either.read.series = Some("1".into());
+    either.read.window = Some([1.0; 2]);
+    either.render.iso = Some(1.0);
     either.render.budget = Some(40.0);
     either.render.camera = Some([0.0; 7].into());
     either.render.random_weights = Some("wnet-fast".parse().unwrap());

@@ -20,6 +20,7 @@ endian; `picture_*.gz` are u16 little endian RGB rows from the top, round(LEVELS
 """
 
 import argparse
+import copy
 import gzip
 import json
 import sys
@@ -43,9 +44,12 @@ DTYPES = {"u8": np.dtype("u1"), "i16": np.dtype("<i2"), "f32": np.dtype("<f4")}
 class Volume:
     """Voxels shown over a range, in a box around the origin whose longest side is 1."""
 
+    nearest = False  # "`--interpolation nearest` takes the nearest voxel before the transfer function"
+
     def __init__(self, raw, spacing, chosen_range=None):
         """`raw` is indexed [z, y, x]."""
-        self.unit = unit_values(raw, chosen_range)
+        self.range = shown_range(raw, chosen_range)
+        self.unit = unit_values(raw, self.range)
         self.dims = np.array(raw.shape[::-1])
         # "Volume: the box of physical extent dims x spacing, centred on the origin, scaled so that its
         # longest side is 1." Voxel i covers [i, i+1], so dims voxels fill the box.
@@ -60,6 +64,9 @@ class Volume:
         # Voxel i "has its value at its centre": i + 1/2 in units of voxels from the box's corner.
         index = (positions + self.half) / self.voxel_size - 0.5
         index = np.clip(index, 0.0, self.dims - 1.0)
+        if self.nearest:
+            x, y, z = np.floor(index + 0.5).astype(np.intp).T
+            return self.unit[z, y, x]
         low = np.floor(index).astype(np.intp)
         high = np.minimum(low + 1, self.dims - 1)
         fx, fy, fz = (index - low).T
@@ -70,6 +77,11 @@ class Volume:
         y0z1 = lerp(u[z1, y0, x0], u[z1, y0, x1], fx)
         y1z1 = lerp(u[z1, y1, x0], u[z1, y1, x1], fx)
         return lerp(lerp(y0z0, y1z0, fy), lerp(y0z1, y1z1, fy), fz)
+
+    def display_value(self, data):
+        """The display value of the data value `data`."""
+        lo, hi = self.range
+        return (data - lo) / (hi - lo)
 
     def gradient(self, positions):
         """The gradient of v: "central differences over +-1 voxel in world units"."""
@@ -89,19 +101,25 @@ class Volume:
         return np.minimum(a, b).max(axis=1), np.maximum(a, b).min(axis=1)
 
 
-def unit_values(raw, chosen_range):
-    """0...1 per voxel: "v = clamp((raw - lo)/(hi - lo), 0, 1). [lo, hi] is 0...255 for u8, and the finite
-    data minimum...maximum for every other type, unless --range LO,HI. +-inf counts as `lo`; a sample with a NaN
+def shown_range(raw, chosen_range):
+    """lo and hi: "[lo, hi] is 0...255 for u8, and the finite data minimum...maximum for every other type, unless
+    --range LO,HI."
+    """
+    if chosen_range is not None:
+        return chosen_range
+    if raw.dtype == np.uint8:
+        return 0.0, 255.0
+    values = raw.astype(np.float64)
+    finite = np.isfinite(values)
+    return values[finite].min(), values[finite].max()
+
+
+def unit_values(raw, shown):
+    """0...1 per voxel: "v = clamp((raw - lo)/(hi - lo), 0, 1). +-inf counts as `lo`; a sample with a NaN
     among its eight voxels takes --nan (default transparent)." NaN stays NaN here.
     """
     values = raw.astype(np.float64)
-    finite = np.isfinite(values)
-    if chosen_range is not None:
-        lo, hi = chosen_range
-    elif raw.dtype == np.uint8:
-        lo, hi = 0.0, 255.0
-    else:
-        lo, hi = values[finite].min(), values[finite].max()
+    lo, hi = shown
     values = np.where(np.isinf(values), lo, values)
     return np.clip((values - lo) / (hi - lo), 0.0, 1.0)
 
@@ -141,9 +159,10 @@ class Camera:
     eye: np.ndarray
     target: np.ndarray
     fovy: float  # degrees
+    orthographic: bool = False
 
     def rays(self, width, height):
-        """Unit directions [height * width, 3]. "Pinhole camera, vertical field of view in degrees, pixel
+        """Origins and unit directions [height * width, 3]. "Pinhole camera, vertical field of view in degrees, pixel
         centre (x+1/2, y+1/2), row 0 on top, right = forward x up"; "The up vector is +y".
         """
         forward = normalised(self.target - self.eye)
@@ -153,7 +172,13 @@ class Camera:
         y, x = np.mgrid[0:height, 0:width].reshape(2, -1)
         across = ((x + 0.5) / width * 2.0 - 1.0) * tangent * width / height
         upwards = (1.0 - (y + 0.5) / height * 2.0) * tangent
-        return normalised(forward + across[:, None] * right + upwards[:, None] * up)
+        sideways = across[:, None] * right + upwards[:, None] * up
+        if self.orthographic:
+            # "parallel rays, the picture is 2 |eye - target| tan(fovy/2) high at every depth"
+            origins = self.eye + np.linalg.norm(self.target - self.eye) * sideways
+            return origins, np.broadcast_to(forward, origins.shape)
+        directions = normalised(forward + sideways)
+        return np.broadcast_to(self.eye, directions.shape), directions
 
 
 def on_sphere(azimuth, elevation, distance, fovy=35.0):
@@ -197,11 +222,29 @@ class Scene:
     gradient_shading: bool
     background: np.ndarray
     step: float  # in voxels
+    mode: str = "composite"
+    iso: float = 0.0  # the display value of the isosurface
+    planes: tuple = ()  # [x, y, z, d]
 
     @property
     def delta(self):
         """The distance between samples: "--step x voxel"."""
         return self.step * self.volume.voxel
+
+    def interval(self, origins, directions):
+        """Where rays enter and leave what is shown. A plane "keeps n.x >= D in the world of section 1"; "Clips cut
+        at their exact place", and "Cut faces are lit as if nothing were there on the other side".
+        """
+        enter, leave = self.volume.interval(origins, directions)
+        for plane in self.planes:
+            normal, distance = np.array(plane[:3]), plane[3]
+            along, away = directions @ normal, distance - origins @ normal
+            with np.errstate(divide="ignore", invalid="ignore"):
+                crossing = away / along
+            enter = np.where(along > 0.0, np.maximum(enter, crossing), enter)
+            leave = np.where(along < 0.0, np.minimum(leave, crossing), leave)
+            leave = np.where((along == 0.0) & (away > 0.0), -np.inf, leave)
+        return enter, leave
 
 
 def transmittance(scene, positions):
@@ -209,7 +252,7 @@ def transmittance(scene, positions):
     at 2 delta from the point, alpha_j corrected for the 4 delta step, ended at T < 0.001 or at the box."
     """
     towards = np.broadcast_to(scene.light, positions.shape)
-    _, leave = scene.volume.interval(positions, towards)
+    _, leave = scene.interval(positions, towards)
     t = np.ones(len(positions))
     j = 0
     while True:
@@ -245,10 +288,13 @@ def lit(scene, positions, colour):
 
 def render(scene, camera, width, height):
     """The picture, [height, width, 3], unclamped."""
-    directions = camera.rays(width, height)
-    origins = np.broadcast_to(camera.eye, directions.shape)
-    enter, leave = scene.volume.interval(origins, directions)
-    near = np.maximum(0.0, enter)  # "t_near = max(0, entry into the box)"
+    origins, directions = camera.rays(width, height)
+    enter, leave = scene.interval(origins, directions)
+    # "t_near = max(0, entry into the box)"; orthographic "rays start at the volume even behind the eye"
+    near = enter if camera.orthographic else np.maximum(0.0, enter)
+    if scene.mode != "composite":
+        colours = isosurface if scene.mode == "isosurface" else projection
+        return colours(scene, (origins, directions), near, leave).reshape(height, width, 3)
     colour = np.zeros((len(directions), 3))  # premultiplied
     alpha = np.zeros(len(directions))
     k = 0
@@ -258,7 +304,7 @@ def render(scene, camera, width, height):
         alive = np.flatnonzero((t < leave) & (alpha < OPAQUE))
         if len(alive) == 0:
             break
-        positions = camera.eye + t[alive, None] * directions[alive]
+        positions = origins[alive] + t[alive, None] * directions[alive]
         v = scene.volume.sample(positions)
         a = scene.transfer.alpha(v, scene.step)
         # What is transparent adds nothing, so its light need not be known.
@@ -272,6 +318,80 @@ def render(scene, camera, width, height):
     # "over a background"
     colour += (1.0 - alpha)[:, None] * scene.background
     return colour.reshape(height, width, 3)
+
+
+def projection(scene, rays, near, leave):
+    """Colours of rays: "`mip`, `minip`, `average` show the greatest, least, mean value along the ray through the transfer
+    function's colours"; "opacity not corrected for length; shadows and ambient do not apply". NaN counts only where there
+    is nothing else.
+    """
+    origins, directions = rays
+    found = []
+    for k in range(10_000):
+        t = near + (k + 0.5) * scene.delta
+        alive = t < leave
+        if not alive.any():
+            break
+        v = scene.volume.sample(origins + np.where(alive, t, 0.0)[:, None] * directions)
+        found.append(np.where(alive, v, np.nan))
+    found = np.array(found)
+    some = ~np.isnan(found).all(axis=0)
+    pick = {"mip": np.nanmax, "minip": np.nanmin, "average": np.nanmean}[scene.mode]
+    v = np.full(len(origins), np.nan)
+    v[some] = pick(found[:, some], axis=0)
+    a = scene.transfer.alpha(v, 1.0)[:, None]
+    colour = np.where(some[:, None], scene.transfer.colour(np.where(some, v, 0.0)), 0.0)
+    return a * colour + (1.0 - a) * scene.background
+
+
+def isosurface(scene, rays, near, leave):
+    """Colours of rays: "`isosurface` the first crossing of V (in data values), shaded by its gradient, with shadows". A
+    crossing lies between two neighbouring samples. A point is in shadow where a sample on the way to the light, at
+    2 delta, 3 delta, ..., is on the other side of the surface than the sample before the crossing.
+    """
+    origins, directions = rays
+    colour = np.tile(scene.background, (len(origins), 1))
+    before = np.full(len(origins), np.nan)
+    met = np.zeros(len(origins), bool)
+    for k in range(10_000):
+        t = near + (k + 0.5) * scene.delta
+        alive = np.flatnonzero((t < leave) & ~met)
+        if len(alive) == 0:
+            break
+        along = lambda s, rays: origins[rays] + s[:, None] * directions[rays]
+        v = scene.volume.sample(along(t[alive], alive))
+        known = ~np.isnan(v) & ~np.isnan(before[alive])
+        above = before[alive] >= scene.iso
+        crossing = known & (above != (v >= scene.iso))
+        before[alive] = v
+        hit, above = alive[crossing], above[crossing]
+        if len(hit) == 0:
+            continue
+        met[hit] = True
+        low, high = t[hit] - scene.delta, t[hit].copy()
+        for _ in range(40):
+            middle = 0.5 * (low + high)
+            same = (scene.volume.sample(along(middle, hit)) >= scene.iso) == above
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        positions = along(0.5 * (low + high), hit)
+        direct = facing(scene, positions) * (lit_side(scene, positions, above) if scene.shadows else 1.0)
+        light = scene.ambient + (1.0 - scene.ambient) * direct
+        colour[hit] = scene.transfer.colour(np.full(len(hit), scene.iso)) * light[:, None]
+    return colour
+
+
+def lit_side(scene, positions, above):
+    """1 where every sample on the way to the light is on the side `above` says, else 0."""
+    towards = np.broadcast_to(scene.light, positions.shape)
+    _, leave = scene.interval(positions, towards)
+    lit = np.ones(len(positions))
+    for j in range(10_000):
+        distance = (2.0 + j) * scene.delta
+        alive = np.flatnonzero(distance < leave)
+        if len(alive) == 0:
+            return lit
+        v = scene.volume.sample(positions[alive] + distance * scene.light)
+        lit[alive[~np.isnan(v) & ((v >= scene.iso) != above[alive])]] = 0.0
 
 
 # ---------------------------------------------------------------------------------------------------
@@ -416,9 +536,17 @@ def still(eye, target, fovy):
     return {"eye": eye, "target": target, "fovy": fovy}
 
 
+def parallel(eye, target, fovy):
+    return still(eye, target, fovy) | {"projection": "orthographic"}
+
+
 IN_CT = still([0.12, -0.06, 0.2], [-0.25, 0.0, -0.3], 80.0)
 IN_SIMULATION = still([-0.3, 0.22, 0.38], [0.1, -0.05, -0.1], 65.0)
 IN_SLICES = still([0.02, 0.16, 0.2], [0.05, -0.1, -0.4], 75.0)
+# Eyes outside and inside the volume.
+BESIDE = parallel([1.1, 0.9, 1.6], [0.02, -0.03, 0.01], 34.0)
+AMONG = parallel([0.05, 0.02, 0.11], [-0.2, -0.13, -0.3], 85.0)
+SLANTED = [[0.6, 0.3, -0.74, -0.12], [-0.2, 0.9, 0.1, -0.3]]
 IN_ENGINE = still([0.1, 0.05, 0.12], [-0.3, -0.05, -0.2], 70.0)
 ENGINE, BI2O3, LUNG = list(VOLUMES)[3:]
 
@@ -440,6 +568,33 @@ PICTURES = {
     "slices_no_shadows": picture("slices", "hounsfield", along("orbit", 210), WARM, shadows=False),
     "slices_gradient": picture("slices", "hounsfield", along("orbit", 40), WARM, gradient=True),
     "slices_inside": picture("slices", "hounsfield", IN_SLICES, LOW),
+    "ct_mip": picture("ct", "ct", along("orbit", 70), WARM, mode="mip"),
+    "ct_average": picture("ct", "spread", along("orbit", 310), LOW, mode="average", step=0.7),
+    "ct_isosurface": picture("ct", "ct", along("orbit", 40), WARM, mode="isosurface", iso=150.0),
+    "simulation_mip": picture("simulation", "flow", along("flythrough", 150), WARM, mode="mip"),
+    "simulation_minip": picture("simulation", "flow", IN_SIMULATION, LOW, mode="minip"),
+    "simulation_average": picture("simulation", "flow", along("orbit", 33), WARM, mode="average"),
+    "simulation_isosurface": picture(
+        "simulation", "flow", along("flythrough", 401), LOW, mode="isosurface", iso=0.4
+    ),
+    "slices_minip": picture("slices", "flow", along("orbit", 455), WARM, mode="minip"),
+    "slices_isosurface": picture(
+        "slices", "hounsfield", along("orbit", 210), LOW, mode="isosurface", iso=-300.0, shadows=False
+    ),
+    "ct_nearest": picture("ct", "ct", along("orbit", 33), WARM, interpolation="nearest"),
+    "simulation_nearest": picture(
+        "simulation", "flow", along("flythrough", 150), LOW, interpolation="nearest", step=0.7
+    ),
+    "slices_nearest": picture("slices", "hounsfield", BESIDE, WARM, interpolation="nearest", gradient=True),
+    "ct_orthographic": picture("ct", "ct", BESIDE, WARM),
+    "simulation_orthographic": picture("simulation", "flow", AMONG, LOW, gradient=True),
+    "slices_orthographic_mip": picture("slices", "hounsfield", AMONG, WARM, mode="mip"),
+    "ct_planes": picture("ct", "ct", along("orbit", 70), WARM, planes=SLANTED),
+    "simulation_planes": picture("simulation", "flow", IN_SIMULATION, LOW, gradient=True, planes=SLANTED[:1]),
+    "slices_planes": picture("slices", "hounsfield", BESIDE, WARM, planes=SLANTED, step=0.6),
+    "ct_planes_isosurface": picture(
+        "ct", "ct", along("orbit", 10), WARM, mode="isosurface", iso=40.0, planes=SLANTED
+    ),
     "engine_gradient": picture(ENGINE, "ct", along("orbit", 60), WARM, gradient=True, size=[48, 36]),
     "engine_inside": picture(ENGINE, "ct", IN_ENGINE, LOW, size=[48, 36], step=0.75),
     "bi2o3_shadows": picture(BI2O3, "spread", along("orbit", 120), WARM, size=[48, 36]),
@@ -454,10 +609,13 @@ PICTURES = {
 def camera_of(described):
     if "path" in described:
         return {"orbit": orbit, "flythrough": flythrough}[described["path"]](described["frame"])
-    return Camera(np.array(described["eye"]), np.array(described["target"]), described["fovy"])
+    is_parallel = described.get("projection") == "orthographic"
+    return Camera(np.array(described["eye"]), np.array(described["target"]), described["fovy"], is_parallel)
 
 
 def scene_of(described, volume):
+    volume = copy.copy(volume)
+    volume.nearest = described.get("interpolation") == "nearest"
     return Scene(
         volume=volume,
         transfer=TransferFunction(TRANSFER_FUNCTIONS[described["transfer_function"]]),
@@ -467,6 +625,9 @@ def scene_of(described, volume):
         gradient_shading=described["gradient"],
         background=np.array(described["background"]),
         step=described["step"],
+        mode=described.get("mode", "composite"),
+        iso=volume.display_value(described.get("iso", 0.0)),
+        planes=described.get("planes", ()),
     )
 
 

@@ -1,7 +1,7 @@
 use crate::console::{self, JsonOutput};
 use crate::outputs;
 use anyhow::{Result, bail};
-use fovolnet::core::{Placement, Space, Volume, path_of_text};
+use fovolnet::core::{ChannelDisplay, Placement, Space, Volume, path_of_text};
 #[cfg(feature = "gpu")]
 use fovolnet::gpu::DeviceType;
 use fovolnet::io::volume::dicom::{self, Series};
@@ -53,6 +53,11 @@ struct Report {
     channels: Vec<String>,
     /// Number of time points.
     times: usize,
+    /// Number of levels of resolution.
+    levels: usize,
+    /// How the file asks to show each channel; empty where it says nothing.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    channel_displays: Vec<ChannelReport>,
     /// Series of a DICOM file or folder, in the order in which `--series` counts them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     series: Vec<SeriesReport>,
@@ -68,6 +73,22 @@ struct Report {
     notes: Vec<String>,
 }
 
+/// How a file asks to show a channel.
+#[derive(Serialize)]
+struct ChannelReport {
+    /// Red, green and blue of sRGB, 0 to 255.
+    colour: Option<[u8; 3]>,
+    /// The values shown as darkest and brightest.
+    window: Option<[f64; 2]>,
+    hidden: bool,
+}
+
+impl From<&ChannelDisplay> for ChannelReport {
+    fn from(display: &ChannelDisplay) -> Self {
+        Self { colour: display.colour, window: display.window, hidden: display.is_hidden }
+    }
+}
+
 /// Series of a DICOM file or folder.
 #[derive(Serialize)]
 struct SeriesReport {
@@ -77,7 +98,7 @@ struct SeriesReport {
     dims: [usize; 3],
     /// Number of time points.
     times: usize,
-    /// What tells it apart from other volumes of the same series.
+    /// Property that tells it apart from other volumes of the same series.
     #[serde(skip_serializing_if = "String::is_empty")]
     part: String,
 }
@@ -139,6 +160,7 @@ struct Shown {
     channel: usize,
     time: usize,
     component: usize,
+    level: usize,
 }
 
 #[derive(Serialize)]
@@ -257,6 +279,8 @@ impl Info {
             arrays: contents.arrays.clone(),
             channels: contents.channels.clone(),
             times: contents.times,
+            levels: contents.levels,
+            channel_displays: contents.displays.iter().map(ChannelReport::from).collect(),
             series: SeriesReport::all(&opened)?,
             colours: contents.are_colours,
             labels: Labels::of(volume),
@@ -265,6 +289,7 @@ impl Info {
                 channel: contents.channel,
                 time: contents.time,
                 component: contents.component,
+                level: contents.level,
             },
             outliers: statistics.outliers.iter().map(|outlier| outlier.value).collect(),
             notes: opened.notes(),
@@ -291,6 +316,9 @@ impl Info {
         }
         if r.times > 1 {
             say(format!("  times       {}", r.times))?;
+        }
+        if r.levels > 1 {
+            say(format!("  levels      {}, shown is {}", r.levels, r.shown.level))?;
         }
         if r.components > 1 {
             let colours = if r.colours { ", colours" } else { "" };

@@ -7,7 +7,7 @@ use fovolnet::{OpenVolume, RenderOverrides, Result, Session, TransferChoice, Vol
 use std::path::{Path, PathBuf};
 
 /// Session with its file and undo history.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Document {
     session: Session,
     /// Last saved state, or the initial state of a new session. `None` after a restore.
@@ -58,6 +58,14 @@ impl Document {
     /// Mutable render settings.
     pub fn settings_mut(&mut self) -> &mut RenderOverrides {
         &mut self.session.render
+    }
+
+    /// This document with other settings for reading its volume.
+    #[must_use]
+    pub fn reading(&self, read: VolumeSettings) -> Self {
+        let mut changed = self.clone();
+        changed.session.read = read;
+        changed
     }
 
     /// File of the session.

@@ -5,6 +5,7 @@ use crate::ui::transfer::backdrop::Backdrop;
 use crate::ui::transfer::transfer_editor::TransferEditor;
 use anyhow::Result;
 use fovolnet::core::{Camera, CameraPath, FrameSize, GazePath, Keyframe, TransferFunction, path_of_text};
+use fovolnet::io::volume::dicom;
 use fovolnet::{
     Choice, CropBox, GazeChoice, NamedView, OpenVolume, Orientation, PathChoice, RenderOverrides,
     RenderSettings, Sampling, TransferChoice, VolumeSettings, WorldBox, camera_path, open_volume, presets,
@@ -31,6 +32,8 @@ pub struct Opened {
     /// Settings that the cached gaze was made from.
     gaze_words: Option<(Option<GazeChoice>, Option<u64>)>,
     world: WorldBox,
+    /// Names of the series of a DICOM folder, in the order of `--series`.
+    series: Vec<String>,
 }
 
 /// Settings that determine the path of a session.
@@ -110,7 +113,9 @@ impl Opened {
             gaze: usual.gaze,
             gaze_words: None,
             world,
+            series: Vec::new(),
         };
+        opened.series = opened.listed_series();
         if let Err(error) = opened.refresh() {
             notes.push(format!("{error}; the usual turntable is shown instead"));
         }
@@ -160,6 +165,23 @@ impl Opened {
             (self.path, self.world) = (camera_path(&settings, &world)?, world);
         }
         Ok(())
+    }
+
+    /// Names of the series of a DICOM folder, in the order of `--series`; empty for other volumes.
+    pub fn series(&self) -> &[String] {
+        &self.series
+    }
+
+    fn listed_series(&self) -> Vec<String> {
+        if !self.volume.volume.format().starts_with("DICOM") {
+            return Vec::new();
+        }
+        let all = dicom::series(&path_of_text(&self.volume.source)).unwrap_or_default();
+        let name = |(number, series): (usize, &dicom::Series)| {
+            let [x, y, z] = series.dims;
+            format!("{number}: {} {} ({x}×{y}×{z})", series.modality, series.description)
+        };
+        (1..).zip(&all).map(name).collect()
     }
 
     /// Box of the volume in the world.
@@ -216,7 +238,9 @@ impl Opened {
     pub fn camera(&self) -> Camera {
         let free = self.document.settings().camera;
         let free = free.map(|camera| camera.camera()).filter(|camera| camera.check().is_ok());
-        free.unwrap_or_else(|| self.path().camera(self.frame()))
+        let camera = free.unwrap_or_else(|| self.path().camera(self.frame()));
+        let projection = self.document.settings().projection.unwrap_or_default();
+        Camera { projection, ..camera }
     }
 
     /// Sets a free camera.

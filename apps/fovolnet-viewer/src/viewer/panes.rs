@@ -5,6 +5,7 @@ use crate::frames::display_mode::DisplayMode;
 use crate::frames::gaze::{GazeKind, GazeSource};
 use crate::frames::presented::Progress;
 use crate::frames::view_request::ViewRequest;
+use crate::session::opened::Opened;
 use crate::ui::commands::{self, Command, Entry};
 use crate::ui::dialogues::files::Purpose;
 use crate::ui::dialogues::{Dialogue, FilePrompt, Next};
@@ -61,8 +62,13 @@ impl Viewer {
         let time = ui.input(|input| input.time);
         let rate = self.rate(time);
         let folder = self.folder();
+        let mut read = None;
         let Some(opened) = &mut self.opened else { return };
         let section = |name: &str| CollapsingHeader::new(name).default_open(true);
+        let has_parts = panels::has_parts(&opened.volume.volume, opened.series());
+        CollapsingHeader::new("Data").default_open(has_parts).show(ui, |ui| {
+            read = panels::data(ui, &opened.document.session().read, &opened.volume, opened.series());
+        });
         section("Transfer function").show(ui, |ui| {
             ui.horizontal(|ui| {
                 let current = opened.document.settings().tf.clone().unwrap_or_default();
@@ -86,10 +92,14 @@ impl Viewer {
         section("View").show(ui, |ui| {
             let has_placement = opened.volume.volume.placement().is_some();
             panels::standing(ui, opened.document.settings_mut(), has_placement);
+            panels::projection(ui, opened.document.settings_mut());
+            panels::mode(ui, opened.document.settings_mut(), opened.volume.volume.range());
         });
         section("Light").show(ui, |ui| panels::scene(ui, opened.document.settings_mut()));
         CollapsingHeader::new("Clipping").show(ui, |ui| {
             panels::cropping(ui, opened.document.settings_mut(), opened.volume.volume.grid().dims());
+            let camera = opened.camera();
+            panels::planes(ui, opened.document.settings_mut(), &camera);
         });
         let shown = self.picture.as_ref().map(|picture| &picture.shown);
         section("Frames").show(ui, |ui| {
@@ -104,6 +114,11 @@ impl Viewer {
         }
         if let Err(error) = opened.refresh() {
             self.messages.error(error.to_string());
+        }
+        if let Some(read) = read {
+            let document = opened.document.reading(read);
+            let name = format!("reading {}", start_page::middle_cut(&document.name(), 50));
+            self.start_opening(ui.ctx(), name, move || Opened::of_document(document));
         }
     }
 

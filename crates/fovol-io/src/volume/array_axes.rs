@@ -43,7 +43,7 @@ impl ArrayAxes {
     ///
     /// # Errors
     /// Those of [`Self::of`].
-    #[cfg(any(feature = "hdf5", test))]
+    #[cfg(any(feature = "hdf5", feature = "zarr", test))]
     pub fn after_time(shape: &[usize]) -> Result<Self, String> {
         Self::arranged(shape, Some(0))
     }

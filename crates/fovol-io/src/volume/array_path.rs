@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-/// Splits `FILE:ARRAY` into the file and the name of the array. A path that exists, or of which no part before a colon
-/// is a file, is left whole.
+/// Splits `FILE:ARRAY` into the file, or a folder of Zarr, and the name of the array. A path that exists, or of which no
+/// part before a colon does, is left whole.
 ///
 /// The colon after a drive letter never splits, and neither do colons in names of folders.
 pub fn split_array(path: &Path) -> (PathBuf, Option<String>) {
@@ -13,10 +13,16 @@ pub fn split_array(path: &Path) -> (PathBuf, Option<String>) {
     };
     let colons = text.match_indices(':').map(|(at, _)| at);
     let mut splits = colons.filter(|&at| !is_drive(text, at)).map(|at| (&text[..at], &text[at + 1..]));
-    match splits.find(|(file, array)| !array.is_empty() && Path::new(file).is_file()) {
+    let holds_arrays = |file: &str| Path::new(file).is_file() || is_zarr(Path::new(file));
+    match splits.find(|(file, array)| !array.is_empty() && holds_arrays(file)) {
         Some((file, array)) => (file.into(), Some(array.to_owned())),
         None => whole(),
     }
+}
+
+/// Whether the folder `path` holds a group or an array of Zarr.
+pub fn is_zarr(path: &Path) -> bool {
+    [".zattrs", ".zgroup", ".zarray", "zarr.json"].iter().any(|file| path.join(file).is_file())
 }
 
 /// Whether the colon at `at` follows the letter of a drive.

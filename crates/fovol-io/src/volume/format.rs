@@ -1,7 +1,10 @@
 //! Selects the parser of a file by its first bytes, or by its name if the bytes identify no format.
 
+use super::array_path::is_zarr;
 #[cfg(feature = "dicom")]
 use super::dicom;
+#[cfg(feature = "zarr")]
+use super::zarr;
 use super::{
     Overrides, Source, legacy_vtk, metaimage, nanovdb, nifti, nrrd, numpy, raw, slice_folder, tiff_stack,
     vdb, vti,
@@ -34,6 +37,14 @@ pub fn parser_of(source: &Source) -> Result<Option<Parser>> {
     if is_dicom(bytes) || is_dicom_name(&name) {
         return Ok(Some(dicom::parse));
     }
+    #[cfg(feature = "zarr")]
+    if zarr::is_archive(source) || is_zarr_name(&name) {
+        return Ok(Some(zarr::parse_archive));
+    }
+    #[cfg(not(feature = "zarr"))]
+    if is_zarr_name(&name) {
+        return Err(source.unsupported(ZARR));
+    }
     // Bare voxels may begin like anything, but hardly with a mark 128 bytes behind zeros.
     let marked = foreign_content(bytes).filter(|_| is_dicom(bytes) || !raw::is_bare(source));
     if let Some(problem) = marked {
@@ -60,8 +71,11 @@ pub fn is_known(bytes: &[u8], path: &Path) -> bool {
 /// # Errors
 /// A folder that holds no volume.
 pub fn read_folder(path: &Path, overrides: &Overrides) -> Result<Volume> {
-    if [".zattrs", ".zgroup", ".zarray", "zarr.json"].iter().any(|file| path.join(file).is_file()) {
-        return Err(Error::unsupported(path, "Zarr is not read yet; convert one array to NRRD or NIfTI"));
+    if is_zarr(path) {
+        #[cfg(feature = "zarr")]
+        return zarr::parse_folder(path, overrides);
+        #[cfg(not(feature = "zarr"))]
+        return Err(Error::unsupported(path, ZARR));
     }
     #[cfg(feature = "dicom")]
     if dicom::is_in_folder(path)
@@ -122,6 +136,11 @@ fn is_dicom_name(name: &str) -> bool {
     [".dcm", ".dicom"].iter().any(|ending| name.ends_with(ending)) || name == "dicomdir"
 }
 
+/// Whether it is the name of Zarr in an archive; `name` is in lower case.
+fn is_zarr_name(name: &str) -> bool {
+    [".zarr.zip", ".ozx"].iter().any(|ending| name.ends_with(ending))
+}
+
 fn by_content(bytes: &[u8]) -> Option<Parser> {
     match bytes {
         [b'N', b'R', b'R', b'D', b'0', b'0', b'0', _, ..] => Some(nrrd::parse),
@@ -168,6 +187,13 @@ fn by_name(name: &str) -> Option<Parser> {
 #[cfg(not(feature = "hdf5"))]
 const HDF5: &str = "HDF5 and NetCDF are read only with the cargo feature `hdf5` of fovol-io; build with it, or convert one variable to NRRD or .npy";
 
+/// Advice for programs that are built without Zarr.
+#[cfg(not(feature = "zarr"))]
+const ZARR: &str = "Zarr is read only with the cargo feature `zarr` of fovol-io; build with it, or convert one array to NRRD or .npy";
+
+/// Advice for files of microscopes that their makers' programs write.
+const MICROSCOPE: &str = "this format of a microscope is not read; convert it with `bioformats2raw IN OUT.zarr`, or with `bfconvert IN OUT.ome.tif` of bftools";
+
 /// Advice for VTK's files of other data than images.
 const VTK_XML: &str = "it is no image of VTK; make one of it in ParaView: Filters > Resample To Image, then File > Save Data as .vti";
 
@@ -186,6 +212,7 @@ fn foreign_content(bytes: &[u8]) -> Option<&'static str> {
         [b'P', b'K', 3, 4, ..] | [b'7', b'z', 0xBC, 0xAF, ..] => {
             "it is an archive; unpack it and name a file in it"
         }
+        _ if bytes.starts_with(b"ZISRAWFILE") || bytes.starts_with(b"\xDA\xCE\xBE\x0A") => MICROSCOPE,
         _ if vti::is_vtk_xml(bytes) => VTK_XML,
         _ => return None,
     })
@@ -202,9 +229,8 @@ fn foreign_name(name: &str) -> Option<&'static str> {
         () if ends(&[".mgz", ".mgh"]) => {
             "MGH is not read; convert it to NIfTI, with `mri_convert IN.mgz OUT.nii.gz` of FreeSurfer for one"
         }
-        () if ends(&[".slc", ".mnc", ".czi", ".lif", ".am"]) => {
-            "this format is not read; convert it to NRRD, NIfTI or raw"
-        }
+        () if ends(&[".czi", ".lif", ".nd2", ".oir", ".oib", ".vsi"]) => MICROSCOPE,
+        () if ends(&[".slc", ".mnc", ".am"]) => "this format is not read; convert it to NRRD, NIfTI or raw",
         () => return None,
     })
 }
@@ -230,7 +256,12 @@ mod tests {
 
     #[test]
     fn programs_that_convert_are_named() {
-        for (name, program) in [("wm.mgz", "mri_convert"), ("wm.MGH", "mri_convert")] {
+        for (name, program) in [
+            ("wm.mgz", "mri_convert"),
+            ("wm.MGH", "mri_convert"),
+            ("cell.czi", "bioformats2raw"),
+            ("cell.ND2", "bfconvert"),
+        ] {
             let error = parser_of(&Source::from_bytes(Path::new(name), vec![1; 64])).unwrap_err().to_string();
             assert!(error.contains(program), "{error}");
         }
@@ -242,6 +273,18 @@ mod tests {
         std::fs::write(folder.path().join("notes.txt"), "of the scan").unwrap();
         let said = read_folder(folder.path(), &Overrides::default()).unwrap_err().to_string();
         assert!(said.contains("without slices"), "{said}");
+    }
+
+    #[test]
+    #[cfg(not(feature = "zarr"))]
+    fn builds_without_zarr_name_the_feature() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("zarr.json"), "{}").unwrap();
+        let of_folder = read_folder(folder.path(), &Overrides::default()).unwrap_err();
+        let of_archive = parser_of(&Source::from_bytes(Path::new("a.zarr.zip"), b"PK\x03\x04".to_vec()));
+        for error in [of_folder, of_archive.unwrap_err()] {
+            assert!(error.to_string().contains("feature `zarr`"), "{error}");
+        }
     }
 
     #[test]

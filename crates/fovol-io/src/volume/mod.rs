@@ -6,8 +6,9 @@ mod array_axes;
 mod array_path;
 mod arrays;
 mod blosc;
-#[cfg(feature = "hdf5")]
+#[cfg(any(feature = "hdf5", feature = "zarr"))]
 mod cf;
+mod channel_window;
 mod decompress;
 mod detached;
 #[cfg(feature = "dicom")]
@@ -17,6 +18,8 @@ mod format;
 mod hdf5;
 mod layout;
 mod legacy_vtk;
+#[cfg(any(feature = "hdf5", feature = "zarr"))]
+mod levels;
 mod metaimage;
 mod nanovdb;
 #[cfg(feature = "hdf5")]
@@ -39,6 +42,9 @@ mod vdb;
 mod voxels;
 mod vti;
 mod write;
+#[cfg(feature = "zarr")]
+mod zarr;
+mod zip;
 
 use crate::Result;
 pub use array_path::split_array;
@@ -49,7 +55,7 @@ pub use source::Source;
 use std::path::Path;
 pub use write::{write, write_with};
 
-/// Reads the volume at `path`, a file or a folder of slices. The format is decided by the content where
+/// Reads the volume at `path`, a file, a folder of slices or one of Zarr. The format is decided by the content where
 /// that is possible, else by the name. `FILE:ARRAY` names an array in a file, as [`split_array`] says.
 ///
 /// # Errors
@@ -57,6 +63,9 @@ pub use write::{write, write_with};
 pub fn read(path: &Path, overrides: &Overrides) -> Result<Volume> {
     if let (file, Some(array)) = split_array(path) {
         let chosen = overrides.with_array(&file, array)?;
+        if file.is_dir() {
+            return read(&file, &chosen);
+        }
         return parse(&Source::open(&file)?, &chosen);
     }
     if path.is_dir() {

@@ -28,6 +28,8 @@ pub struct Overrides {
     pub channel: Option<usize>,
     /// Which time point is read, from 0 on.
     pub time: Option<usize>,
+    /// Which level of resolution is read, from 0 on, the finest; by default the finest that fits in memory.
+    pub level: Option<usize>,
     /// Which series of a DICOM folder is read: its identifier, or its number from 1 on as the series are listed.
     pub series: Option<String>,
 }
@@ -80,6 +82,15 @@ impl Overrides {
         part(source, ["--channel", "channel"], self.channel, count)
     }
 
+    /// The level of resolution to read of `count`, if one is chosen.
+    ///
+    /// # Errors
+    /// A choice out of range.
+    pub(super) fn level_of(&self, source: &Source, count: usize) -> Result<Option<usize>> {
+        let level = part(source, ["--level", "level"], self.level, count)?;
+        Ok(self.level.map(|_| level))
+    }
+
     /// The component to show of `count`.
     ///
     /// # Errors
@@ -107,6 +118,7 @@ impl Overrides {
         }
         self.time_of(source, contents.times)?;
         self.channel_of(source, contents.channels.len().max(1))?;
+        self.level_of(source, contents.levels)?;
         let component = self.component_of(source, contents.components)?;
         match volume.components() > 1 {
             true => volume.with_component(component).map_err(|e| source.malformed(e.to_string())),

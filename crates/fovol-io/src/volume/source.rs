@@ -85,6 +85,11 @@ impl Source {
         self.path.parent().unwrap_or(Path::new("")).join(name)
     }
 
+    /// The error for a file that is cut short or changed.
+    pub fn damaged(&self) -> Error {
+        self.malformed("it is damaged or cut short; copy or download it again")
+    }
+
     /// The file is damaged.
     pub fn malformed(&self, problem: impl Into<String>) -> Error {
         Error::malformed(&self.path, problem)

@@ -8,9 +8,26 @@ pub fn symbol(name: &str) -> &str {
         "nanometer" | "nanometre" => "nm",
         "centimeter" | "centimetre" => "cm",
         "meter" | "metre" => "m",
+        "kilometer" | "kilometre" => "km",
+        "angstrom" | "ångström" => "Å",
         "inches" => "inch",
         other => other,
     }
+}
+
+/// The length of the unit of this symbol in metres, if it is a length.
+pub fn metres(symbol: &str) -> Option<f64> {
+    Some(match symbol {
+        "Å" => 1e-10,
+        "nm" => 1e-9,
+        "µm" => 1e-6,
+        "mm" => 1e-3,
+        "cm" => 1e-2,
+        "m" => 1.0,
+        "km" => 1e3,
+        "inch" => 0.0254,
+        _ => return None,
+    })
 }
 
 #[cfg(test)]

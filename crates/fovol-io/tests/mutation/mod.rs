@@ -6,6 +6,8 @@ mod readers;
 pub mod seeds;
 mod tiff_files;
 mod transfer_functions;
+#[cfg(feature = "zarr")]
+mod zarr_files;
 
 /// A parser under test and its seeds.
 pub struct Target {

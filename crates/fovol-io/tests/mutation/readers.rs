@@ -39,6 +39,19 @@ pub fn folder(path: &Path, input: &[u8]) -> Result<bool, String> {
     judged(read(path.parent().unwrap_or(path), &Overrides::default()))
 }
 
+/// Reads a hierarchy of Zarr, all of it and parts, whose files are in the input.
+#[cfg(feature = "zarr")]
+pub fn zarr(path: &Path, input: &[u8]) -> Result<bool, String> {
+    let source = Source::from_bytes(path, super::zarr_files::archive(input));
+    let label = Overrides { array: Some("labels/a".into()), ..Overrides::default() };
+    let coarse = Overrides { level: Some(1), channel: Some(1), ..Overrides::default() };
+    let mut is_read = false;
+    for overrides in [Overrides::default(), label, coarse] {
+        is_read |= judged(parse(&source, &overrides))?;
+    }
+    Ok(is_read)
+}
+
 fn judged(read: fovol_io::Result<fovol_core::Volume>) -> Result<bool, String> {
     match read {
         Ok(volume) => {

@@ -1,5 +1,7 @@
 //! Sound files of every kind, as small as they can be and still use every feature.
 
+#[cfg(feature = "zarr")]
+use super::zarr_files;
 use super::{Target, readers, tiff_files, transfer_functions};
 use fovol_core::{Grid, Volume};
 use fovol_io::volume::write;
@@ -59,6 +61,10 @@ pub fn targets(folder: &Path) -> Vec<Target> {
         target("hdf5", "v.h5", samples(".h5")),
         #[cfg(feature = "hdf5")]
         target("netcdf", "v.nc", samples(".nc")),
+        #[cfg(feature = "zarr")]
+        Target { read: readers::zarr, ..target("zarr", "v.zarr.zip", zarr_files::all()) },
+        #[cfg(feature = "zarr")]
+        target("zarr_zip", "v.ozx", zarr_files::all().iter().map(|text| zarr_files::archive(text)).collect()),
         target("vdb", "v.vdb", packed(".vdb.gz")),
         target("nvdb", "v.nvdb", packed(".nvdb.gz")),
         Target { read: readers::patched_grid, ..target("nvdb_tree", "v.nvdb", patches()) },

@@ -2,6 +2,7 @@
 
 use crate::scene::{BrickData, Bricks};
 use bytemuck::cast_slice;
+use fovol_core::Interpolation;
 use fovol_simd::{Simd, SimdF32, SimdF32Op, SimdI32};
 
 /// A kind of stored voxels: how eight corners become one value.
@@ -242,11 +243,17 @@ pub struct Field<'a, T: Texel> {
     /// The value that [`Self::sample`] returns for NaN: one more than the largest value.
     pub missing: f32,
     has_gaps: bool,
+    is_nearest: bool,
 }
 
 /// Whether 32-bit lanes can address every element of `bricks`.
 pub fn addressable(bricks: &Bricks) -> bool {
     i32::try_from(bricks.layout().elements()).is_ok()
+}
+
+/// Whether lanes give the values of `bricks`: they are addressable, and no voxel of weight 0 is NaN.
+pub fn readable(bricks: &Bricks) -> bool {
+    addressable(bricks) && !(bricks.has_gaps() && bricks.interpolation() == Interpolation::Nearest)
 }
 
 impl<'a, T: Texel> Field<'a, T> {
@@ -265,6 +272,7 @@ impl<'a, T: Texel> Field<'a, T> {
             scale: bricks.scale() * unit / T::gain(values),
             missing: unit + 1.0,
             has_gaps: bricks.has_gaps(),
+            is_nearest: bricks.interpolation() == Interpolation::Nearest,
         }
     }
 
@@ -274,7 +282,9 @@ impl<'a, T: Texel> Field<'a, T> {
         T::CAN_BE_NAN && self.has_gaps
     }
 
-    /// The trilinear value at `p` (voxel-centre coordinates, clamped to the edge), scaled; [`Self::missing`] for NaN.
+    /// The value at `p` (voxel-centre coordinates, clamped to the edge), scaled; [`Self::missing`] for NaN.
+    ///
+    /// Trilinear values at the centres of voxels are those of the nearest voxels, unless some are NaN: that needs plain code.
     #[inline(always)]
     pub fn sample<V: SimdF32>(&self, p: [V; 3]) -> V {
         let zero = p[0].splat(0.0);
@@ -282,7 +292,10 @@ impl<'a, T: Texel> Field<'a, T> {
         let mut index = zero.splat_i32(0);
         for a in 0..3 {
             // max first: it sends NaN to 0.
-            let clamped = p[a].max(zero).min(zero.splat(self.last[a]));
+            let mut clamped = p[a].max(zero).min(zero.splat(self.last[a]));
+            if self.is_nearest {
+                clamped = V::from_i32((clamped + zero.splat(0.5)).to_i32());
+            }
             let cell = clamped.to_i32();
             f[a] = clamped - V::from_i32(cell);
             let inside = if a == 0 { cell } else { cell * zero.splat_i32(self.unit[a]) };

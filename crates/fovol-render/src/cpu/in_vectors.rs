@@ -4,6 +4,8 @@ use super::field::Texel;
 use super::fine::{FineKernel, FineScratch};
 use super::kernel::{Kernel, Scratch};
 use super::march::SampleCount;
+use super::modes::{IsosurfaceKernel, ProjectionKernel};
+use super::packet::Packet;
 use crate::scene::RayResult;
 use fovol_core::{Pixel, RayBasis};
 use fovol_simd::{SimdF32, SimdF32Op};
@@ -32,3 +34,5 @@ macro_rules! in_vectors {
 
 in_vectors!(Kernel, Scratch);
 in_vectors!(FineKernel, FineScratch);
+in_vectors!(ProjectionKernel, Packet);
+in_vectors!(IsosurfaceKernel, Packet);

@@ -63,9 +63,8 @@ struct Gathered {
     shadow: [[f32; MOST_LANES]; 3],
     /// The number of the sample that took opacity past one half; negative before.
     half_at: f32,
-    /// The ray's first sample and step.
-    start: [f32; 3],
-    delta: [f32; 3],
+    /// How far the ray's first sample is from its origin, in world units.
+    first: f32,
     /// The noise that places few shadow rays, 0…1.
     offset: f32,
 }
@@ -75,8 +74,7 @@ impl Gathered {
         sums: [[0.0; MOST_LANES]; 5],
         shadow: [[0.0; MOST_LANES]; 3],
         half_at: -1.0,
-        start: [0.0; 3],
-        delta: [0.0; 3],
+        first: 0.0,
         offset: 0.0,
     };
 }
@@ -122,7 +120,6 @@ impl<T: Texel> Kernel<'_, T> {
         scratch: &mut Scratch,
         out: &mut Vec<RayResult>,
     ) -> SampleCount {
-        let eye = self.segments.in_voxels(rays.origin());
         let mut count = SampleCount::default();
         let chunks = pixels.len().div_ceil(V::N);
         for (number, pixels) in pixels.chunks(V::N).enumerate() {
@@ -137,7 +134,7 @@ impl<T: Texel> Kernel<'_, T> {
             count.primary += self.primary(zero, scratch);
             let is_last = number + 1 == chunks;
             if is_last || scratch.pool.is_empty() || scratch.pool.len() >= ENOUGH {
-                count.shadow += self.finish(zero, eye, scratch, out);
+                count.shadow += self.finish(zero, scratch, out);
             }
         }
         count
@@ -154,10 +151,7 @@ impl<T: Texel> Kernel<'_, T> {
             return 0;
         }
         for (lane, ray) in gathered[first..].iter_mut().enumerate() {
-            for a in 0..3 {
-                ray.start[a] = packet.start[a].0[lane];
-                ray.delta[a] = packet.delta[a].0[lane];
-            }
+            ray.first = packet.distance.0[lane];
             ray.offset = packet.offset.0[lane];
         }
         if matches!(self.lighting, Lighting::Rays(..)) {
@@ -187,13 +181,7 @@ impl<T: Texel> Kernel<'_, T> {
 
     /// Traces the waiting shadow rays and appends the colours of all gathered rays to `out`.
     #[inline(always)]
-    fn finish<V: SimdF32>(
-        &self,
-        zero: V,
-        eye: [f32; 3],
-        scratch: &mut Scratch,
-        out: &mut Vec<RayResult>,
-    ) -> u64 {
+    fn finish<V: SimdF32>(&self, zero: V, scratch: &mut Scratch, out: &mut Vec<RayResult>) -> u64 {
         if let Lighting::Rays(_, Some(few)) = &self.lighting {
             self.choose(zero, few, scratch);
         }
@@ -215,7 +203,7 @@ impl<T: Texel> Kernel<'_, T> {
         // Closures would be compiled without the instruction set.
         out.reserve(scratch.gathered.len());
         for ray in &scratch.gathered {
-            out.push(self.marched(zero, eye, ray));
+            out.push(self.marched(zero, ray));
         }
         scratch.gathered.clear();
         scratch.waiting.clear();
@@ -239,9 +227,9 @@ impl<T: Texel> Kernel<'_, T> {
         std::mem::swap(pool, chosen);
     }
 
-    /// The result of a finished ray from its sums; `eye` in voxel-centre coordinates.
+    /// The result of a finished ray from its sums.
     #[inline(always)]
-    fn marched<V: SimdF32>(&self, zero: V, eye: [f32; 3], ray: &Gathered) -> RayResult {
+    fn marched<V: SimdF32>(&self, zero: V, ray: &Gathered) -> RayResult {
         let [r, g, b, opacity, numbers] = &ray.sums;
         let opacity = zero.load(opacity);
         if V::bits_of(opacity.simd_gt(zero)) == 0 {
@@ -257,7 +245,7 @@ impl<T: Texel> Kernel<'_, T> {
         }
         let mean = zero.load(numbers).sum() / whole;
         let number = if ray.half_at < 0.0 { mean } else { ray.half_at };
-        let depth = self.segments.distance(eye, ray.start, ray.delta, number);
+        let depth = self.segments.distance(ray.first, number);
         RayResult { colour, unshadowed, opacity, depth }
     }
 

@@ -191,7 +191,7 @@ impl LightColumns {
 mod tests {
     use super::*;
     use crate::scene::Bricks;
-    use fovol_core::{ClipBox, ControlPoint, Grid, Light, TransferFunction, Volume};
+    use fovol_core::{ClipBox, ControlPoint, Grid, Light, RayMode, TransferFunction, Volume};
     use fovol_simd::{Arithmetic, Portable, SimdI32};
     use glam::DVec3;
     use proptest::prelude::*;
@@ -206,9 +206,8 @@ mod tests {
         let volume = Volume::from_values(grid, values).unwrap();
         let mut cells = Macrocells::new(&Bricks::of_volume(&volume).unwrap()).unwrap();
         let point = |v, a| ControlPoint::new(v, [1.0; 3], a);
-        cells.classify(
-            &TransferFunction::new(vec![point(0.0, 0.0), point(0.5, 0.0), point(1.0, 1.0)]).unwrap(),
-        );
+        let bright_only = vec![point(0.0, 0.0), point(0.5, 0.0), point(1.0, 1.0)];
+        cells.classify(&TransferFunction::new(bright_only).unwrap(), RayMode::Composite);
         (cells, grid)
     }
 

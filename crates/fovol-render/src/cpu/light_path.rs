@@ -22,6 +22,11 @@ impl LightPath {
             let way = (zero.splat(self.exit[a]) - p[a]) * zero.splat(self.inverse[a]);
             distance = distance.min(way);
         }
+        for [x, y, z, w] in self.planes.as_slice() {
+            let across = zero.splat(*z).mul_add(p[2], zero.splat(*w));
+            let across = zero.splat(*y).mul_add(p[1], across);
+            distance = distance.min(zero.splat(*x).mul_add(p[0], across));
+        }
         distance
     }
 }

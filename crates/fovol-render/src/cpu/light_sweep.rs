@@ -1,8 +1,9 @@
 //! Transmittance towards the light, swept through the volume slice by slice.
 
+use super::light_crossing::Crossed;
 use crate::scene::{Bricks, Crossing, LightSlices};
-use fovol_core::{LongWork, memory, stop};
-use fovol_simd::{MOST_LANES, Simd, SimdF32, SimdF32Op, SimdOp};
+use fovol_core::{Interpolation, LongWork, memory, stop};
+use fovol_simd::{MOST_LANES, Simd, SimdOp};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -17,6 +18,8 @@ pub struct LightSweep<'a> {
     pub slices: LightSlices,
     /// Lowest and highest corner of the part that casts shadows, in voxel-centre coordinates.
     pub clip: [[f32; 3]; 2],
+    /// Planes that cut that part: weights of coordinates and a constant, whose sum is 0 or more inside.
+    pub planes: &'a [[f32; 4]],
     /// Transmittance from slice to slice for every entry of the transfer table; NaN last.
     pub transmittance: &'a [f32],
     /// Transmittance of the first stretch of a shadow ray, likewise.
@@ -203,11 +206,23 @@ impl LightSweep<'_> {
                 self.clip[0][axis] <= at && at <= self.clip[1][axis]
             };
             let [low, high] = self.clip.map(|corner| corner[along] - at[along] - way[along]);
-            let columns = low.ceil().max(0.0)..(high.floor() + 1.0).min(count as f32);
+            let mut columns = low.ceil().max(0.0)..(high.floor() + 1.0).min(count as f32);
+            for plane in self.planes {
+                let first: f32 =
+                    plane[3] + (0..3).map(|axis| plane[axis] * (at[axis] + way[axis])).sum::<f32>();
+                columns = beyond(columns, first, plane[along]);
+            }
             if inside(deep) && inside(down) { columns } else { 0.0..0.0 }
         });
+        // The nearest line, voxel and slice stand for both between which a column passes.
+        let both = |part: f32| match self.bricks.interpolation() {
+            Interpolation::Linear => [0, 1],
+            Interpolation::Nearest => [(part + 0.5) as isize; 2],
+        };
         self.simd.in_vectors(Crossed {
-            lines: [lines.line(row), lines.line(row + 1)],
+            lines: both(slice.down.part).map(|more| lines.line(row + more)),
+            voxels: both(slice.along.part).map(|more| more as usize),
+            slices: both(self.slices.near()).map(|more| more == 1),
             shares: [slice.down.part, slice.along.part],
             tables: [self.transmittance, self.near_transmittance],
             near: self.slices.near(),
@@ -233,7 +248,7 @@ impl LightSweep<'_> {
             voxel[down] = (slice.top + line).clamp(0, rows as isize - 1) as usize;
             let to = &mut lines.entries[line as usize * lines.width..][..length + 2];
             self.bricks.put_line(voxel, along, factor, &mut to[1..=length]);
-            if self.bricks.has_gaps() {
+            if self.bricks.has_gaps() && self.bricks.interpolation() == Interpolation::Linear {
                 // A sample is NaN where any voxel of its cell is, and its cell reaches the next slice of the grid.
                 voxel[deep] = (voxel[deep] + 1).min(self.bricks.layout().dims[deep] - 1);
                 beyond.resize(length, 0.0);
@@ -246,88 +261,18 @@ impl LightSweep<'_> {
     }
 }
 
-/// Row of columns on its way through a slice.
-struct Crossed<'a> {
-    /// Entries of the lines of voxels before and after the row, from voxel −1 on.
-    lines: [&'a [f32]; 2],
-    /// How far behind these lines, and behind their voxels, the columns are.
-    shares: [f32; 2],
-    /// Transmittance from slice to slice, and of the first stretch of a shadow ray.
-    tables: [&'a [f32]; 2],
-    /// Where the sample of the first stretch lies, as a part of the way to the slice before.
-    near: f32,
-    /// Columns that are in the part that casts shadows, and those whose first sample is.
-    casts: Range<f32>,
-    sees: Range<f32>,
-    passed: &'a mut [f32],
-    through: &'a mut [f32],
-    entries: &'a mut [f32],
-    /// Light that comes to the columns.
-    light: &'a mut [f32],
-    count: usize,
-}
-
-impl SimdF32Op for Crossed<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<V: SimdF32>(self, zero: V) {
-        let [down, along] = [zero.splat(self.shares[0]), zero.splat(self.shares[1])];
-        let near = zero.splat(self.near);
-        let one = zero.splat(1.0);
-        let mut at = 0;
-        while at < self.count {
-            let (here, next) = (self.between_lines(at, down), self.between_lines(at + 1, down));
-            let entry = (next - here).mul_add(along, here);
-            let number = zero.iota() + zero.splat(at as f32);
-            let (before, through) = (zero.load(&self.entries[at..]), zero.load(&self.through[at..]));
-            let passed = zero.load(&self.passed[at..]);
-            let from = V::select(before.simd_lt(zero), entry, before);
-            let first = looked_up((from - entry).mul_add(near, entry), self.tables[1]);
-            (passed * V::select(is_in(number, &self.sees), first, one)).store(&mut self.light[at..]);
-            let now = V::select(is_in(number, &self.casts), looked_up(entry, self.tables[0]), one);
-            if self.count - at >= V::N {
-                (passed * through).store(&mut self.passed[at..]);
-                now.store(&mut self.through[at..]);
-                entry.store(&mut self.entries[at..]);
-            } else {
-                // What follows the row belongs to columns that cross elsewhere.
-                let ours = zero.iota().simd_lt(zero.splat((self.count - at) as f32));
-                V::select(ours, passed * through, passed).store(&mut self.passed[at..]);
-                V::select(ours, now, through).store(&mut self.through[at..]);
-                V::select(ours, entry, before).store(&mut self.entries[at..]);
-            }
-            at += V::N;
-        }
+/// The part of `columns` in which `first` + `step`·column is 0 or more.
+fn beyond(columns: Range<f32>, first: f32, step: f32) -> Range<f32> {
+    let crossing = -first / step;
+    if step > 0.0 {
+        columns.start.max(crossing.ceil())..columns.end
+    } else if step < 0.0 {
+        columns.start..columns.end.min(crossing.floor() + 1.0)
+    } else if first < 0.0 {
+        0.0..0.0
+    } else {
+        columns
     }
-}
-
-impl Crossed<'_> {
-    /// Entries between the lines from `at` on, the part `down` of the way from the first to the second.
-    #[inline(always)]
-    fn between_lines<V: SimdF32>(&self, at: usize, down: V) -> V {
-        let above = down.load(&self.lines[0][at..]);
-        let below = down.load(&self.lines[1][at..]);
-        (below - above).mul_add(down, above)
-    }
-}
-
-/// Whether each of `numbers` lies in `range`.
-#[inline(always)]
-fn is_in<V: SimdF32>(numbers: V, range: &Range<f32>) -> V::Mask {
-    numbers.simd_ge(numbers.splat(range.start)) & numbers.simd_lt(numbers.splat(range.end))
-}
-
-/// Numbers of `table` at the nearest entries. NaN has the last one.
-#[inline(always)]
-fn looked_up<V: SimdF32>(entry: V, table: &[f32]) -> V {
-    let zero = entry.splat(0.0);
-    let last = table.len() - 1;
-    // Comparisons with NaN are false.
-    let inside = entry.min(zero.splat((last - 1) as f32));
-    let entry = V::select(entry.simd_ge(zero), inside, zero.splat(last as f32));
-    // SAFETY: entries are 0 or more, and at most `last`.
-    unsafe { V::gather(table, (entry + zero.splat(0.5)).to_i32()) }
 }
 
 /// Transmittance of a row of voxels, from the columns before and after them along both axes.
@@ -361,7 +306,7 @@ impl SimdOp for Mixed<'_> {
 mod tests {
     use super::*;
     use crate::scene::{FIRST_STRETCH, LightPath};
-    use fovol_core::{ClipBox, Grid, Light, Volume};
+    use fovol_core::{ClipBox, ClipPlane, ClipPlanes, Grid, Light, Volume};
     use proptest::prelude::*;
 
     /// Transmittances whose logarithms are 0 to −0.5, for 5 entries and NaN.
@@ -389,7 +334,11 @@ mod tests {
             p
         };
         let entry = |p: [f32; 3]| sweep.bricks.sample(p) * 4.0;
-        let is_inside = |p: [f32; 3]| (0..3).all(|a| sweep.clip[0][a] <= p[a] && p[a] <= sweep.clip[1][a]);
+        let is_inside = |p: [f32; 3]| {
+            let is_kept = |plane: &[f32; 4]| plane[3] + (0..3).map(|a| plane[a] * p[a]).sum::<f32>() >= 0.0;
+            (0..3).all(|a| sweep.clip[0][a] <= p[a] && p[a] <= sweep.clip[1][a])
+                && sweep.planes.iter().all(is_kept)
+        };
         let table = |table: &[f32], entry: f32| table[(entry + 0.5) as usize];
         let is_near = |p: [f32; 3]| {
             let size = sweep.slices.size();
@@ -418,6 +367,7 @@ mod tests {
         fn light_is_that_of_single_columns(
             dims in prop::array::uniform3(2usize..23), light in prop::array::uniform3(-1.0f64..1.0), seed in 0u64..99,
             low in prop::array::uniform3(0.0f64..0.3), high in prop::array::uniform3(0.6f64..1.0),
+            normal in prop::array::uniform3(-1.0f64..1.0),
         ) {
             prop_assume!(light.iter().any(|x| x.abs() > 0.1));
             let (grid, bricks) = volume(dims, seed);
@@ -425,11 +375,15 @@ mod tests {
             let clip = ClipBox::new(corner(low).into(), corner(high).into(), &grid).unwrap();
             let path = LightPath::new(&Light::towards(light.into()).unwrap(), &grid, &clip, 0.5);
             let slices = LightSlices::new(dims, &path);
+            let plane = ClipPlane { normal: normal.into(), distance: -0.1037 };
+            let planes: Vec<[f32; 4]> =
+                ClipPlanes::new(&[plane]).unwrap().in_voxels(&grid).map(|plane| plane.map(|w| w as f32)).collect();
             let near: Vec<f32> = ENTRIES.iter().map(|t| t.powf(FIRST_STRETCH as f32)).collect();
             let sweep = |simd| LightSweep {
                 bricks: &bricks,
                 slices,
                 clip: clip.in_voxels(),
+                planes: &planes,
                 transmittance: &ENTRIES,
                 near_transmittance: &near,
                 first_sample: path.delta.map(|delta| slices.near() * slices.steps as f32 * delta),

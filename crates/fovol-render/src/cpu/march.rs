@@ -4,7 +4,7 @@
 
 use super::few_shadow_rays::{Chosen, choose_places};
 use crate::scene::{Bricks, LightPath, RayResult, SHADOW_START, SHADOW_STEP, Segments, corrected_opacity};
-use fovol_core::{ClipBox, Grid, Ray, Shading, ShadowMode, SurfaceShading, TransferFunction};
+use fovol_core::{ClipBox, Grid, Ray, RayMode, Shading, ShadowMode, SurfaceShading, TransferFunction};
 
 /// A primary ray ends at this accumulated opacity.
 pub const OPAQUE: f32 = 0.999;
@@ -21,6 +21,8 @@ pub struct March<'a> {
     pub clip: ClipBox,
     /// Display value to colour and opacity.
     pub transfer: &'a TransferFunction,
+    /// Values along rays that pixels show.
+    pub mode: RayMode,
     /// How samples are lit.
     pub shading: &'a Shading,
     /// Transmittance towards the light at every voxel, where shadows are cached.
@@ -112,7 +114,7 @@ impl March<'_> {
             return RayResult::nothing(colour);
         }
         let number = half_at.unwrap_or(weighted_number / opacity);
-        let depth = segments.distance(segments.in_voxels(ray.origin), segment.start, segment.delta, number);
+        let depth = segments.distance(segment.distance, number);
         RayResult { colour, unshadowed, opacity, depth }
     }
 

@@ -1,7 +1,7 @@
 //! A packet of primary rays that skip empty space side by side, one ray to a lane.
 
 use super::march::OPAQUE;
-use crate::scene::Segments;
+use crate::scene::{Segment, Segments};
 use fovol_core::{Pixel, RayBasis};
 use fovol_simd::{MOST_LANES, SimdF32};
 
@@ -32,12 +32,20 @@ pub struct Packet {
     pub samples: PerRay,
     /// How many steps each ray has through the box.
     pub length: PerRay,
+    /// How far the first sample of each ray is from the ray's origin, in world units.
+    pub distance: PerRay,
     /// The number of each ray's next sample.
     pub next: PerRay,
     /// Transmittance from each ray's next sample to the eye, 0…1.
     pub transmittance: PerRay,
     /// Each ray's noise, 0…1, where it places few shadow rays.
     pub offset: PerRay,
+}
+
+impl Default for Packet {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Packet {
@@ -51,6 +59,7 @@ impl Packet {
             inverse: [zero; 3],
             samples: zero,
             length: zero,
+            distance: zero,
             next: zero,
             transmittance: zero,
             offset: zero,
@@ -69,7 +78,7 @@ impl Packet {
             for (i, pixel) in pixels.iter().enumerate() {
                 (x[i], y[i]) = (f64::from(pixel.x), f64::from(pixel.y));
             }
-            let segments = segments.of_many(rays.origin(), &rays.directions(&x, &y));
+            let segments = segments.of_many(&rays.beside(&x, &y));
             let lanes = part * BESIDE..(part + 1) * BESIDE;
             for a in 0..3 {
                 self.start[a].0[lanes.clone()].copy_from_slice(&segments.start[a]);
@@ -81,7 +90,8 @@ impl Packet {
                 }
             }
             self.samples.0[lanes.clone()].copy_from_slice(&segments.count);
-            self.length.0[lanes].copy_from_slice(&segments.length);
+            self.length.0[lanes.clone()].copy_from_slice(&segments.length);
+            self.distance.0[lanes].copy_from_slice(&segments.distance);
         }
         self.samples.0[pixels.len()..].fill(0.0);
         self.length.0[pixels.len()..].fill(0.0);
@@ -107,6 +117,18 @@ impl Packet {
         let passing = zero.load(&self.transmittance.0).simd_gt(zero.splat(1.0 - OPAQUE));
         let left = zero.load(&self.next.0).simd_lt(zero.load(&self.samples.0));
         V::bits_of(passing & left)
+    }
+
+    /// The samples of the ray in `lane`.
+    pub fn segment(&self, lane: usize) -> Segment {
+        let of = |of: &[PerRay; 3]| [of[0].0[lane], of[1].0[lane], of[2].0[lane]];
+        Segment {
+            start: of(&self.start),
+            delta: of(&self.delta),
+            count: self.samples.0[lane] as u32,
+            length: self.length.0[lane],
+            distance: self.distance.0[lane],
+        }
     }
 
     /// Three coordinates of the ray in `lane`, each in all lanes of a vector.

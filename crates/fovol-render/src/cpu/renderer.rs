@@ -1,22 +1,19 @@
 use super::few_shadow_rays::FewShadowRays;
-use super::field::{AnyType, AnyValues, Field, Texel, addressable, with_field};
-use super::fine::{FineKernel, FineScratch};
+use super::field::readable;
 use super::in_turn::in_turn;
-use super::in_vectors::InVectors;
-use super::kernel::{Kernel, Lighting, Scratch};
 use super::light_columns::LightColumns;
 use super::march::{March, SampleCount};
+use super::march_memory::MarchMemory;
 use super::march_order::MarchOrder;
 use super::prepared::{OtherSteps, Prepared};
 use super::shadow_grid::ShadowGrid;
 use super::simd::best_simd;
-use super::skip::Skip;
 use super::tile_order::{TILE, TILE_ORDER};
-use crate::scene::{BrickData, BrickLayout, Bricks, LightPath, Macrocells, RayResult, SWEEP_STEP, Segments};
+use crate::scene::{BrickLayout, Bricks, LightPath, Macrocells, RayResult, SWEEP_STEP};
 use fovol_core::memory::{Estimate, Shortage};
 use fovol_core::{
-    Camera, ClipBox, Frame, FrameSize, Grid, Pixel, RayBasis, Region, SampleList, SampleMask, Scene, Shading,
-    ShadowMode, SurfaceShading, TransferFunction, Volume, stop,
+    Camera, ClipBox, Frame, FrameSize, Grid, Pixel, RayMode, Region, SampleList, SampleMask, Scene, Shading,
+    ShadowMode, TransferFunction, Volume,
 };
 use fovol_simd::Simd;
 use rayon::prelude::*;
@@ -43,22 +40,25 @@ impl Default for RenderOptions {
 /// afterwards costs a small part of that.
 #[derive(Debug)]
 pub struct Renderer {
-    grid: Grid,
-    clip: ClipBox,
-    bricks: Bricks,
-    cells: Macrocells,
-    transfer: TransferFunction,
-    shading: Shading,
-    background: [f64; 3],
+    pub(super) grid: Grid,
+    pub(super) clip: ClipBox,
+    pub(super) bricks: Bricks,
+    pub(super) cells: Macrocells,
+    pub(super) transfer: TransferFunction,
+    pub(super) mode: RayMode,
+    pub(super) shading: Shading,
+    pub(super) background: [f64; 3],
     /// Tables and light columns for the step of the scene.
     pub(super) prepared: Prepared,
     /// Tables and light columns for other steps.
     others: OtherSteps,
     /// Transmittance towards the light at every voxel, once shadows were cached. No step changes it.
-    shadow_grid: Option<ShadowGrid>,
+    pub(super) shadow_grid: Option<ShadowGrid>,
     /// Factor from the step of the scene to that of rays; see [`Scene::step_stretch`].
     pub(super) stretch: f64,
-    options: RenderOptions,
+    /// Choices that were asked for, and those in force.
+    asked: RenderOptions,
+    pub(super) options: RenderOptions,
 }
 
 /// Rays for which light columns pay.
@@ -74,7 +74,8 @@ impl Renderer {
     /// Numbers of the scene that cannot be rendered with, see [`Scene::check`]; no memory for it.
     pub fn new(scene: &Scene, options: RenderOptions) -> fovol_core::Result<Self> {
         scene.check()?;
-        let bricks = Bricks::of_volume(&scene.volume)?;
+        let mut bricks = Bricks::of_volume(&scene.volume)?;
+        bricks.set_interpolation(scene.interpolation);
         Ok(Self::with_bricks(&scene.volume, bricks, scene, options)?)
     }
 
@@ -101,22 +102,28 @@ impl Renderer {
         options: RenderOptions,
     ) -> Result<Self, Shortage> {
         let mut cells = Macrocells::new(&bricks)?;
-        cells.classify(&scene.transfer_function);
-        let simd = if addressable(&bricks) { options.simd } else { Simd::Scalar };
+        cells.classify(&scene.transfer_function, scene.mode);
         let mut renderer = Self {
             grid: *volume.grid(),
             clip: scene.clip_box(),
             bricks,
             cells,
             transfer: scene.transfer_function.clone(),
+            mode: scene.mode,
             shading: scene.shading,
             background: scene.background,
-            prepared: Prepared::new(&scene.transfer_function, scene.marching_step(), scene.integration),
+            prepared: Prepared::new(
+                &scene.transfer_function,
+                scene.marching_step(),
+                scene.marching_integration(),
+            ),
             others: OtherSteps::default(),
             shadow_grid: None,
             stretch: scene.step_stretch(),
-            options: RenderOptions { simd, ..options },
+            asked: options,
+            options,
         };
+        renderer.set_options(options);
         renderer.prepare_shadows()?;
         Ok(renderer)
     }
@@ -144,21 +151,30 @@ impl Renderer {
             self.shadow_grid = None;
         }
         (self.shading, self.background, self.clip) = (scene.shading, scene.background, clip);
+        if self.bricks.interpolation() != scene.interpolation {
+            self.bricks.set_interpolation(scene.interpolation);
+            self.set_options(self.asked);
+            self.shadow_grid = None;
+        }
+        let integration = scene.marching_integration();
         let recoloured = self.transfer != scene.transfer_function;
-        if recoloured {
+        if recoloured || self.mode != scene.mode {
             self.transfer = scene.transfer_function.clone();
-            self.cells.classify(&self.transfer);
+            self.mode = scene.mode;
+            self.cells.classify(&self.transfer, self.mode);
+            self.prepared.forget_light();
+            self.others.forget_light();
         }
         if recoloured {
-            self.prepared = Prepared::new(&self.transfer, scene.marching_step(), scene.integration);
+            self.prepared = Prepared::new(&self.transfer, scene.marching_step(), integration);
             self.others.clear();
             self.shadow_grid = None;
-        } else if self.prepared.integration() != scene.integration {
-            self.prepared.integrate(&self.transfer, scene.integration);
+        } else if self.prepared.integration() != integration {
+            self.prepared.integrate(&self.transfer, integration);
             self.others.clear();
         }
         self.take_step(scene.marching_step());
-        if self.shading.shadows == ShadowMode::Cached {
+        if self.shadows() == ShadowMode::Cached {
             self.make_shadow_grid()?;
         }
         Ok(())
@@ -166,18 +182,19 @@ impl Renderer {
 
     /// Takes other speed choices.
     pub fn set_options(&mut self, options: RenderOptions) {
-        let simd = if addressable(&self.bricks) { options.simd } else { Simd::Scalar };
-        self.options = RenderOptions { simd, ..options };
+        let simd = if readable(&self.bricks) { options.simd } else { Simd::Scalar };
+        (self.asked, self.options) = (options, RenderOptions { simd, ..options });
     }
 
-    /// The choices in force; the instruction set is `scalar` where a volume is too large for lanes.
+    /// The choices in force; the instruction set is `scalar` where a volume is too large for lanes,
+    /// or has NaN between labels.
     pub fn options(&self) -> RenderOptions {
         self.options
     }
 
     /// How long the cached shadows of this scene took to make; nothing where it has none.
     pub fn shadow_grid_time(&self) -> Duration {
-        match (self.shading.shadows, &self.shadow_grid) {
+        match (self.shadows(), &self.shadow_grid) {
             (ShadowMode::Cached, Some(grid)) => grid.took,
             _ => Duration::ZERO,
         }
@@ -217,7 +234,7 @@ impl Renderer {
 
     /// Makes what the shadows of the scene need, unless it exists. What other shadows need stays: a viewer goes back and forth.
     pub(super) fn prepare_shadows(&mut self) -> Result<(), Shortage> {
-        match self.shading.shadows {
+        match self.shadows() {
             ShadowMode::Cached => self.make_shadow_grid()?,
             ShadowMode::On => self.make_light_columns(),
             ShadowMode::Off => {}
@@ -230,15 +247,21 @@ impl Renderer {
             let Self { grid, bricks, clip, transfer, shading, prepared, .. } = &*self;
             let colours = (transfer, &prepared.table);
             let path = LightPath::new(&shading.light, grid, clip, SWEEP_STEP);
-            self.shadow_grid = Some(ShadowGrid::new(bricks, clip, &path, colours, self.options.simd)?);
+            self.shadow_grid =
+                Some(ShadowGrid::new(bricks, (grid, clip), &path, colours, self.options.simd)?);
         }
         Ok(())
+    }
+
+    /// The shadows of composited pictures; other modes need nothing of what these prepare.
+    fn shadows(&self) -> ShadowMode {
+        if self.mode == RayMode::Composite { self.shading.shadows } else { ShadowMode::Off }
     }
 
     /// Prepares for `rays` rays of this scene, which come next. Light columns make shadow rays quicker; where light moves and frames
     /// are small, making them takes longer than they save.
     pub fn expect_rays(&mut self, rays: usize) {
-        if self.shading.shadows == ShadowMode::On {
+        if self.shadows() == ShadowMode::On {
             self.prepared.rays = self.prepared.rays.saturating_add(rays);
             if self.prepared.rays >= PAYS {
                 self.make_light_columns();
@@ -273,7 +296,7 @@ impl Renderer {
         marched
     }
 
-    fn light_path(&self) -> LightPath {
+    pub(super) fn light_path(&self) -> LightPath {
         LightPath::new(&self.shading.light, &self.grid, &self.clip, self.prepared.step)
     }
 
@@ -284,6 +307,7 @@ impl Renderer {
             grid: &self.grid,
             clip: self.clip,
             transfer: &self.transfer,
+            mode: self.mode,
             shading: &self.shading,
             shadow_grid: self
                 .shadow_grid
@@ -312,8 +336,9 @@ impl Renderer {
         let order = MarchOrder::new(list);
         let chunk = list.len().div_ceil(4 * rayon::current_num_threads()).clamp(FEWEST, CHUNK);
         let chunks = order.pixels().chunks(chunk);
-        let parts =
-            in_turn(chunks, Memory::default, |scratch, chunk| self.march_pixels(&rays, chunk, few, scratch));
+        let parts = in_turn(chunks, MarchMemory::default, |scratch, chunk| {
+            self.march_pixels(&rays, chunk, few, scratch)
+        });
         let mut count = SampleCount::default();
         parts.iter().for_each(|(_, samples)| count += *samples);
         (order.in_list_order(parts.iter().flat_map(|(part, _)| part)), count)
@@ -377,7 +402,7 @@ impl Renderer {
     ) -> Vec<Tile<T>> {
         let rays = camera.rays(size);
         let (columns, rows) = (size.width.div_ceil(TILE), size.height.div_ceil(TILE));
-        in_turn(0..columns * rows, Memory::default, |scratch, tile| {
+        in_turn(0..columns * rows, MarchMemory::default, |scratch, tile| {
             let (x0, y0) = (tile % columns * TILE, tile / columns * TILE);
             let mut pixels = Vec::with_capacity((TILE * TILE) as usize);
             for (x, y) in TILE_ORDER.map(|[x, y]| (x0 + x, y0 + y)) {
@@ -388,90 +413,6 @@ impl Renderer {
             let (marched, samples) = self.march_pixels(&rays, &pixels, few, scratch);
             Tile { pixels, kept: marched.into_iter().map(&keep).collect(), samples }
         })
-    }
-
-    fn march_pixels(
-        &self,
-        rays: &RayBasis,
-        pixels: &[Pixel],
-        few: Option<&FewShadowRays<'_>>,
-        scratch: &mut Memory,
-    ) -> (Vec<RayResult>, SampleCount) {
-        stop::point();
-        let mut out = Vec::with_capacity(pixels.len());
-        let simd = self.options.simd;
-        if simd == Simd::Scalar {
-            let mut march = self.specification();
-            let mut count = SampleCount::default();
-            out.extend(pixels.iter().map(|p| {
-                march.few = few.map(|few| (few.per_pixel, few.offset(*p)));
-                let ray = rays.ray(p.x.into(), p.y.into());
-                match &self.prepared.extinction {
-                    None => march.ray(&ray, &mut count),
-                    Some(table) => march.fine_ray(table, &ray, &mut count),
-                }
-            }));
-            return (out, count);
-        }
-        let unit = self.prepared.table.scale();
-        let count = match simd {
-            Simd::Portable => {
-                let field = Field::<AnyType>::new(&self.bricks, AnyValues::new(&self.bricks), unit);
-                self.march_field(field, (rays, pixels, few), scratch, &mut out)
-            }
-            _ => with_field!(&self.bricks, unit, field => {
-                self.march_field(field, (rays, pixels, few), scratch, &mut out)
-            }),
-        };
-        (out, count)
-    }
-
-    fn march_field<'a, T: Texel>(
-        &'a self,
-        field: Field<'a, T>,
-        (rays, pixels, few): (&RayBasis, &[Pixel], Option<&FewShadowRays<'a>>),
-        scratch: &mut Memory,
-        out: &mut Vec<RayResult>,
-    ) -> SampleCount {
-        let (kernel, simd) = (self.kernel(field, few), self.options.simd);
-        match &self.prepared.extinction {
-            None => {
-                let scratch = &mut scratch.plain;
-                T::in_vectors(simd, InVectors { kernel: &kernel, rays, pixels, scratch, out })
-            }
-            Some(extinction) => {
-                let (kernel, scratch) = (&FineKernel { kernel, extinction }, &mut scratch.fine);
-                T::in_vectors(simd, InVectors { kernel, rays, pixels, scratch, out })
-            }
-        }
-    }
-
-    fn kernel<'a, T: Texel>(&'a self, field: Field<'a, T>, few: Option<&FewShadowRays<'a>>) -> Kernel<'a, T> {
-        let skips = self.options.skip_empty && !self.cells.is_dense();
-        let rays = Lighting::Rays(self.prepared.light_columns.as_ref().filter(|_| skips), few.copied());
-        let lighting = match (self.shading.shadows, &self.shadow_grid) {
-            (ShadowMode::Off, _) => Lighting::Full,
-            (ShadowMode::Cached, Some(ShadowGrid { voxels, .. })) => match voxels.data() {
-                BrickData::U8(values) => Lighting::Cached(Field::<u8>::new(voxels, values, 1.0)),
-                BrickData::Corners(_) | BrickData::U16(_) | BrickData::F32(_) | BrickData::Gaps(_) => rays,
-            },
-            (ShadowMode::On | ShadowMode::Cached, _) => rays,
-        };
-        let direction = self.shading.light.direction().as_vec3().to_array();
-        Kernel {
-            field,
-            segments: Segments::new(&self.grid, &self.clip, self.prepared.step),
-            voxel_size: self.grid.voxel_size().as_vec3().to_array(),
-            table: &self.prepared.table,
-            visible: self.prepared.table.visible(),
-            light: self.light_path(),
-            lighting,
-            facing: (self.shading.surface == SurfaceShading::Gradient).then_some(direction),
-            ambient: self.shading.ambient as f32,
-            background: self.background.map(|c| c as f32),
-            skip: skips.then(|| Skip::new(&self.cells, self.grid.dims())),
-            simd: self.options.simd,
-        }
     }
 }
 
@@ -487,11 +428,4 @@ fn samples_of<T>(tiles: &[Tile<T>]) -> SampleCount {
     let mut count = SampleCount::default();
     tiles.iter().for_each(|tile| count += tile.samples);
     count
-}
-
-/// Memory that marching uses again and again.
-#[derive(Default)]
-struct Memory {
-    plain: Scratch,
-    fine: FineScratch,
 }

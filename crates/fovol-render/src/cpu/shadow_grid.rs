@@ -1,7 +1,7 @@
 use super::light_sweep::LightSweep;
 use crate::scene::{Bricks, FIRST_STRETCH, LightPath, LightSlices, SWEEP_STEP, TransferTable};
 use fovol_core::memory::Shortage;
-use fovol_core::{ClipBox, TransferFunction};
+use fovol_core::{ClipBox, Grid, TransferFunction};
 use fovol_simd::Simd;
 use std::time::{Duration, Instant};
 
@@ -23,7 +23,7 @@ impl ShadowGrid {
     /// Too little memory.
     pub fn new(
         bricks: &Bricks,
-        clip: &ClipBox,
+        (grid, clip): (&Grid, &ClipBox),
         path: &LightPath,
         (transfer, table): (&TransferFunction, &TransferTable),
         simd: Simd,
@@ -33,10 +33,13 @@ impl ShadowGrid {
         let of =
             |slices_passed: f64| table.transmittance(transfer, SWEEP_STEP * slices.steps * slices_passed);
         let [transmittance, near_transmittance] = [1.0, FIRST_STRETCH].map(of);
+        let planes: Vec<[f32; 4]> =
+            clip.planes().in_voxels(grid).map(|plane| plane.map(|weight| weight as f32)).collect();
         let sweep = LightSweep {
             bricks,
             slices,
             clip: clip.in_voxels(),
+            planes: &planes,
             transmittance: &transmittance,
             near_transmittance: &near_transmittance,
             first_sample: path.delta.map(|delta| slices.near() * slices.steps as f32 * delta),

@@ -3,7 +3,7 @@ use super::list_buffers::{GroupSize, ListBuffers, Shaded};
 use super::march_tuner::{MarchTuner, PlayedMarch, Tuned};
 use super::march_variant::{Pixels, Variant};
 use super::scene::DeviceScene;
-use super::scene_kind::scene_layout;
+use super::scene_kind::{ModeKind, scene_layout};
 use super::shader::{MARCH, MARCH_FILTERED, POOL, POOL_FILTERED, POOL_FINE, POOL_FINE_FILTERED};
 use super::strategy::MarchStrategy;
 use super::volume_texture::TexelKind;
@@ -160,13 +160,14 @@ impl MarchPass {
         groups: impl FnOnce(Option<GroupSize>) -> Groups<'a>,
     ) -> March<'a> {
         let kind = scene.kind();
-        let few = few.filter(|_| shadows == ShadowMode::On).unwrap_or(0);
+        let is_composite = kind.mode == ModeKind::Composite;
+        let few = few.filter(|_| shadows == ShadowMode::On && is_composite).unwrap_or(0);
         let surface = scene.shading().surface;
         let variant = Variant { pixels, scene: kind, shadows, surface, few };
         let tuned = frame_pixels.map(|pixels| Tuned { variant, pixels: pixels.max(1).ilog2() });
         let (strategy, played) = match (&self.tuner, tuned) {
-            // Few shadow rays leave pools nothing to share.
-            _ if few > 0 => (MarchStrategy::Rays, None),
+            // Few shadow rays leave pools nothing to share, and neither do rays without or with one.
+            _ if few > 0 || !is_composite => (MarchStrategy::Rays, None),
             (Some(tuner), Some(tuned)) => {
                 let strategy = tuner.next(tuned);
                 (strategy, Some(PlayedMarch { tuned, strategy }))
@@ -204,6 +205,7 @@ impl MarchPass {
             MarchStrategy::Rays => {
                 constants.push(("FINE", number(variant.scene.integration == Integration::Fine)));
                 constants.push(("FEW", variant.few.into()));
+                constants.push(("MODE", f64::from(variant.scene.mode as u8)));
                 let shader = if is_filtered { MARCH_FILTERED } else { MARCH };
                 (shader, if is_list { "march_list" } else { "march_frame" })
             }

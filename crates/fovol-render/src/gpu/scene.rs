@@ -11,8 +11,8 @@ use crate::scene::{
 };
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{
-    Camera, ClipBox, FrameSize, Grid, Integration, Light, Region, Scene, Shading, ShadowMode,
-    TransferFunction,
+    Camera, ClipBox, ClipPlanes, FrameSize, Grid, Integration, Interpolation, Light, RayMode, Region, Scene,
+    Shading, ShadowMode, TransferFunction,
 };
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::bind_group;
@@ -37,9 +37,11 @@ pub struct SceneNumbers {
     light_direction: [f32; 3],
     bin_bits: u32,
     box_low: [f32; 3],
-    after_box_low: f32,
+    iso: f32,
     box_high: [f32; 3],
-    after_box_high: f32,
+    plane_count: u32,
+    planes: [[f32; 4]; ClipPlanes::MOST],
+    light_planes: [[f32; 4]; ClipPlanes::MOST],
     columns: ColumnNumbers,
 }
 
@@ -133,6 +135,7 @@ struct GridSource {
     light: Light,
     clip: ClipBox,
     transfer: TransferFunction,
+    interpolation: Interpolation,
     skip_empty: bool,
 }
 
@@ -162,6 +165,8 @@ pub struct Contents {
     background: [f64; 3],
     step: f64,
     integration: Integration,
+    interpolation: Interpolation,
+    mode: RayMode,
 }
 
 impl Contents {
@@ -174,7 +179,7 @@ impl Contents {
         // Bricks are freed after the upload.
         let bricks = Bricks::of_volume(&scene.volume).map_err(fovol_core::Error::from)?;
         let mut cells = Macrocells::new(&bricks).map_err(fovol_core::Error::from)?;
-        cells.classify(&scene.transfer_function);
+        cells.classify(&scene.transfer_function, scene.mode);
         let volume = VolumeTexture::new(gpu, &bricks, filtering)?;
         Ok(Self {
             gpu: gpu.clone(),
@@ -194,22 +199,28 @@ impl Contents {
             shading: scene.shading,
             background: scene.background,
             step: scene.marching_step(),
-            integration: scene.integration,
+            integration: scene.marching_integration(),
+            interpolation: scene.interpolation,
+            mode: scene.mode,
         })
     }
 
     /// Takes over all of `scene` but its volume; returns whether anything changed.
     fn change(&mut self, scene: &Scene) -> bool {
         let recoloured = self.transfer != scene.transfer_function;
-        if recoloured {
+        let is_other_mode = self.mode != scene.mode;
+        if recoloured || is_other_mode {
             self.transfer = scene.transfer_function.clone();
-            self.cells.classify(&self.transfer);
+            self.mode = scene.mode;
+            self.cells.classify(&self.transfer, self.mode);
         }
-        let before = (self.shading, self.background, self.step, self.integration, self.clip);
-        let step = scene.marching_step();
-        let after = (scene.shading, scene.background, step, scene.integration, scene.clip_box());
-        (self.shading, self.background, self.step, self.integration, self.clip) = after;
-        recoloured || before != after
+        let integration = (self.integration, self.interpolation);
+        let before = (self.shading, self.background, self.step, integration, self.clip);
+        let integration = (scene.marching_integration(), scene.interpolation);
+        let after = (scene.shading, scene.background, scene.marching_step(), integration, scene.clip_box());
+        (self.shading, self.background, self.step, _, self.clip) = after;
+        (self.integration, self.interpolation) = integration;
+        recoloured || is_other_mode || before != after
     }
 
     /// The kind of the volume's texels.
@@ -225,7 +236,14 @@ impl Contents {
             skip,
             columns: skip && self.has_columns,
             integration: self.integration,
+            interpolation: self.interpolation,
+            mode: self.mode.into(),
         }
+    }
+
+    /// The shadows of composited pictures; other modes need nothing of what these prepare.
+    fn shadows(&self) -> ShadowMode {
+        if self.mode == RayMode::Composite { self.shading.shadows } else { ShadowMode::Off }
     }
 
     /// Uploads the [`Resources`] and binds them; fills the shadow grid where shadows are cached.
@@ -238,7 +256,8 @@ impl Contents {
             let unlit = self.bound(&resources, &shadow_texture(&self.gpu, [1; 3]));
             (resources, unlit)
         })?;
-        self.is_lit = self.keeps_shadow_grid || self.shading.shadows == ShadowMode::Cached;
+        let may_be_lit = self.mode == RayMode::Composite;
+        self.is_lit = may_be_lit && (self.keeps_shadow_grid || self.shading.shadows == ShadowMode::Cached);
         if !self.is_lit {
             self.shadow_grid = None;
             return Ok(unlit);
@@ -253,6 +272,7 @@ impl Contents {
             light: self.shading.light,
             clip: self.clip,
             transfer: self.transfer.clone(),
+            interpolation: self.interpolation,
             skip_empty: self.skip_empty,
         };
         if let Some((_, grid)) = self.shadow_grid.as_ref().filter(|(known, _)| *known == source) {
@@ -271,7 +291,7 @@ impl Contents {
 
     /// The columns of the light direction, where shadow rays are followed and can skip anything.
     fn light_columns(&self) -> Option<LightColumns> {
-        if self.shading.shadows != ShadowMode::On || self.cells.is_dense() {
+        if self.shadows() != ShadowMode::On || self.cells.is_dense() {
             return None;
         }
         let columns = LightColumns::new(&self.cells, self.grid.dims(), &self.light_path());
@@ -320,9 +340,26 @@ impl Contents {
             light_direction: self.shading.light.direction().as_vec3().to_array(),
             box_low,
             box_high,
+            plane_count: self.clip.planes().as_slice().len() as u32,
+            planes: padded(
+                self.clip.planes().in_voxels(&self.grid).map(|plane| plane.map(|x| x as f32)),
+                0.0,
+            ),
+            light_planes: padded(light.planes.as_slice().iter().copied(), FAR),
+            iso: if let RayMode::Isosurface(iso) = self.mode { iso * table.scale() } else { 0.0 },
             ..SceneNumbers::zeroed()
         }
     }
+}
+
+/// Steps to planes that light never crosses.
+const FAR: f32 = 1e30;
+
+/// `planes`, and up to the most that there may be others with the constant `otherwise`.
+fn padded(planes: impl Iterator<Item = [f32; 4]>, otherwise: f32) -> [[f32; 4]; ClipPlanes::MOST] {
+    let mut all = [[0.0, 0.0, 0.0, otherwise]; ClipPlanes::MOST];
+    all.iter_mut().zip(planes).for_each(|(to, plane)| *to = plane);
+    all
 }
 
 /// The buffers and textures that change with the transfer function and the light.
@@ -339,7 +376,9 @@ struct Resources {
 impl Resources {
     fn new(contents: &Contents, columns: Option<&LightColumns>) -> Self {
         let gpu = &contents.gpu;
-        let table = TransferTable::new(&contents.transfer, contents.step);
+        // Projections take the opacity of one voxel.
+        let step = if contents.mode.is_projection() { 1.0 } else { contents.step };
+        let table = TransferTable::new(&contents.transfer, step);
         let cells = &contents.cells;
         let distances =
             texture(gpu, "distances", cells.cells(), TextureFormat::R8Uint, TextureUsages::COPY_DST);
@@ -430,7 +469,11 @@ mod tests {
                     light_direction,
                     bin_bits,
                     box_low,
+                    iso,
                     box_high,
+                    plane_count,
+                    planes,
+                    light_planes,
                     columns
                 }
             );

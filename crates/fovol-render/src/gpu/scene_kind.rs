@@ -1,5 +1,5 @@
 use super::volume_texture::TexelKind;
-use fovol_core::Integration;
+use fovol_core::{Integration, Interpolation, RayMode};
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::{Slot, bind_group_layout};
 
@@ -16,14 +16,44 @@ pub struct SceneKind {
     pub columns: bool,
     /// How rays integrate.
     pub integration: Integration,
+    /// How values between voxels are found.
+    pub interpolation: Interpolation,
+    /// Values along rays that pixels show.
+    pub mode: ModeKind,
+}
+
+/// Values along rays that pixels show, as in shaders/modes.wgsl.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ModeKind {
+    Composite,
+    Mip,
+    Minip,
+    Average,
+    Isosurface,
+}
+
+impl From<RayMode> for ModeKind {
+    fn from(mode: RayMode) -> Self {
+        match mode {
+            RayMode::Composite => Self::Composite,
+            RayMode::Mip => Self::Mip,
+            RayMode::Minip => Self::Minip,
+            RayMode::Average => Self::Average,
+            RayMode::Isosurface(_) => Self::Isosurface,
+        }
+    }
 }
 
 impl SceneKind {
     /// Values of the shaders' `override` constants for such a scene.
     pub fn constants(self) -> Vec<(&'static str, f64)> {
         let number = |b: bool| f64::from(u8::from(b));
-        let mut constants =
-            vec![("SKIP", number(self.skip)), ("GAPS", number(self.gaps)), ("COLUMNS", number(self.columns))];
+        let mut constants = vec![
+            ("NEAREST", number(self.interpolation == Interpolation::Nearest)),
+            ("SKIP", number(self.skip)),
+            ("GAPS", number(self.gaps)),
+            ("COLUMNS", number(self.columns)),
+        ];
         if let TexelKind::Stored { corners, floats } = self.texels {
             constants.extend([("CORNERS", number(corners)), ("FLOATS", number(floats))]);
         }

@@ -10,9 +10,9 @@ pub const ADAPTIVE_MASK: Shader =
 /// Packs the sampled pixels into a list.
 pub const COMPACT: Shader = shader!("../shaders/", "compact": "frame" "inclusive_sum");
 /// Marches rays; the shader interpolates voxels.
-pub const MARCH: Shader = shader!("../shaders/", "march": "frame" "random" "scene" "field" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "few_shadow_rays" "ray" "fine" "fine_march");
+pub const MARCH: Shader = shader!("../shaders/", "march": "frame" "random" "scene" "field" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "few_shadow_rays" "ray" "modes" "fine" "fine_march");
 /// Marches rays; texture samplers interpolate voxels.
-pub const MARCH_FILTERED: Shader = shader!("../shaders/", "march": "frame" "random" "scene" "field_filtered" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "few_shadow_rays" "ray" "fine" "fine_march");
+pub const MARCH_FILTERED: Shader = shader!("../shaders/", "march": "frame" "random" "scene" "field_filtered" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "few_shadow_rays" "ray" "modes" "fine" "fine_march");
 /// Marches rays by workgroups; the shader interpolates voxels.
 pub const POOL: Shader = shader!("../shaders/", "pool": "frame" "scene" "field" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "pool_rays" "pool_plain");
 /// Marches rays by workgroups; texture samplers interpolate voxels.

@@ -1,14 +1,15 @@
 use crate::noise::FrameNoise;
 use crate::scene::Segments;
 use bytemuck::{Pod, Zeroable};
-use fovol_core::RayBasis;
+use fovol_core::{Projection, RayBasis};
 
 /// The camera and the noise of few shadow rays, as shaders read them. Twin of `View` in shaders/segment.wgsl.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct View {
     eye: [f32; 4],
-    forward: [f32; 4],
+    forward: [f32; 3],
+    parallel: u32,
     right: [f32; 4],
     up: [f32; 4],
     noise_seed: [u32; 2],
@@ -20,13 +21,15 @@ impl View {
     /// The camera of `rays` in the grid of `segments`. The eye is converted in f64, as f32 would round large numbers.
     pub fn new(rays: &RayBasis, segments: &Segments, noise: NoiseNumbers) -> Self {
         let padded = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
-        let [forward, right, up] = rays.axes().map(|axis| padded(axis.as_vec3().to_array()));
+        let is_parallel = rays.projection() == Projection::Orthographic;
+        let [forward, right, up] = rays.axes().map(|axis| axis.as_vec3().to_array());
         let NoiseNumbers { seed, hashed, levels } = noise;
         Self {
             eye: padded(segments.in_voxels(rays.origin())),
             forward,
-            right,
-            up,
+            parallel: u32::from(is_parallel),
+            right: padded(right),
+            up: padded(up),
             noise_seed: seed,
             noise_hashed: hashed,
             noise_levels: levels,
@@ -64,7 +67,7 @@ mod tests {
         assert_twins!(
             MARCH,
             "View",
-            View { eye, forward, right, up, noise_seed, noise_hashed, noise_levels }
+            View { eye, forward, parallel, right, up, noise_seed, noise_hashed, noise_levels }
         );
     }
 }

@@ -34,9 +34,10 @@ impl Replay {
     /// Numbers of the scene that cannot be rendered with, too little memory.
     pub fn new(scene: &Scene) -> Result<Self> {
         scene.check()?;
-        let bricks = Bricks::of_volume(&scene.volume)?;
+        let mut bricks = Bricks::of_volume(&scene.volume)?;
+        bricks.set_interpolation(scene.interpolation);
         let mut cells = Macrocells::new(&bricks)?;
-        cells.classify(&scene.transfer_function);
+        cells.classify(&scene.transfer_function, scene.mode);
         let (grid, clip, step) = (*scene.volume.grid(), scene.clip_box(), scene.marching_step());
         let table = TransferTable::new(&scene.transfer_function, step);
         Ok(Self {

@@ -1,7 +1,7 @@
 use super::brick_layout::{BRICK, BrickLayout};
 use bytemuck::Zeroable;
 use fovol_core::memory::{self, SMALLER_VOLUME, Shortage};
-use fovol_core::{Dtype, Endian, Rescale, Volume, Voxel, stop, with_voxel_type};
+use fovol_core::{Dtype, Endian, Interpolation, Rescale, Volume, Voxel, stop, with_voxel_type};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -36,6 +36,7 @@ pub struct Bricks {
     data: BrickData,
     /// Stored value to display value.
     scale: f32,
+    interpolation: Interpolation,
 }
 
 impl Bricks {
@@ -75,7 +76,7 @@ impl Bricks {
             }
         };
         let scale = if scale > 0.0 { (1.0 / scale) as f32 } else { 0.0 };
-        Ok(Self { layout, data, scale })
+        Ok(Self { layout, data, scale, interpolation: Interpolation::Linear })
     }
 
     /// The memory that the bricks of `volume` take, in bytes.
@@ -98,7 +99,7 @@ impl Bricks {
             filled(&layout, corner_words(layout.dims, byte))?
         });
         let scale = if span > 0.0 { (1.0 / span) as f32 } else { 0.0 };
-        Ok(Self { layout, data: BrickData::Corners(data), scale })
+        Ok(Self { layout, data: BrickData::Corners(data), scale, interpolation: Interpolation::Linear })
     }
 
     /// Bricks of 8-bit display values on a grid of `dims`; 255 is 1. `put` writes a line of them along x, from a voxel on.
@@ -117,7 +118,8 @@ impl Bricks {
             put(voxel, inside);
             beyond.fill(inside.last().copied().unwrap_or(0));
         })?;
-        Ok(Self { layout, data: BrickData::U8(data), scale: 1.0 / 255.0 })
+        let interpolation = Interpolation::Linear;
+        Ok(Self { layout, data: BrickData::U8(data), scale: 1.0 / 255.0, interpolation })
     }
 
     /// Where voxels lie.
@@ -128,6 +130,16 @@ impl Bricks {
     /// The stored values.
     pub fn data(&self) -> &BrickData {
         &self.data
+    }
+
+    /// How values between voxels are found.
+    pub fn interpolation(&self) -> Interpolation {
+        self.interpolation
+    }
+
+    /// Finds values between voxels so from now on; at first they are trilinear.
+    pub fn set_interpolation(&mut self, interpolation: Interpolation) {
+        self.interpolation = interpolation;
     }
 
     /// Whether some voxels are NaN.
@@ -146,11 +158,15 @@ impl Bricks {
         self.stored(self.layout.index(voxel), [0, 0]) * self.scale
     }
 
-    /// The trilinear display value at `p`, continuous voxel-centre coordinates (voxel *i* at *i*),
-    /// clamped to the edge. NaN where one of the eight voxels around it is, whatever its weight.
+    /// The display value at `p`, continuous voxel-centre coordinates (voxel *i* at *i*), clamped to the edge.
+    ///
+    /// A trilinear value is NaN where one of the eight voxels around it is, whatever its weight.
     #[inline]
     pub fn sample(&self, p: [f32; 3]) -> f32 {
         let clamped: [f32; 3] = std::array::from_fn(|a| p[a].clamp(0.0, (self.layout.dims[a] - 1) as f32));
+        if self.interpolation == Interpolation::Nearest {
+            return self.voxel(clamped.map(|c| (c + 0.5) as usize));
+        }
         let cell = clamped.map(|c| c as usize);
         let f: [f32; 3] = std::array::from_fn(|a| clamped[a] - cell[a] as f32);
         let at = self.layout.index(cell);

@@ -1,7 +1,7 @@
 use super::brick_layout::BRICK;
 use super::bricks::Bricks;
 use fovol_core::memory::{self, SMALLER_VOLUME, Shortage};
-use fovol_core::{Camera, ClipBox, FrameSize, Grid, Region, TransferFunction, stop};
+use fovol_core::{Camera, ClipBox, FrameSize, Grid, RayMode, Region, TransferFunction, stop};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -68,16 +68,16 @@ impl Macrocells {
         (count * (size_of::<[u16; 2]>() + 1) + SPARE) as u64
     }
 
-    /// Finds the cells that `transfer` makes visible, and all distances.
+    /// Finds the cells in which rays in `mode` may meet anything that `transfer` shows, and all distances.
     ///
-    /// Call it whenever the transfer function changes.
-    pub fn classify(&mut self, transfer: &TransferFunction) {
-        let next = next_visible(transfer);
+    /// Call it whenever the transfer function or the mode changes.
+    pub fn classify(&mut self, transfer: &TransferFunction, mode: RayMode) {
+        let next = next_visible(&visible_buckets(transfer, mode));
         let bucket = |v: u16| usize::from(v) * BUCKETS / 65536;
         self.distances[..self.ranges.len()].par_iter_mut().zip(&self.ranges).for_each(|(d, &[low, high])| {
             *d = if next[bucket(low)] as usize <= bucket(high) { 0 } else { FAR };
         });
-        if transfer.nan()[3] > 0.0 {
+        if transfer.nan()[3] > 0.0 && !matches!(mode, RayMode::Isosurface(_)) {
             let cells = self.distances.iter_mut().zip(&self.gaps);
             cells.filter(|(_, has_gaps)| **has_gaps).for_each(|(d, _)| *d = 0);
         }
@@ -185,13 +185,33 @@ fn visible(distances: &[u8], cells: [usize; 3]) -> Vec<[[usize; 3]; 2]> {
     found.collect()
 }
 
-/// For each bucket the first one at or after it in which anything is visible; `BUCKETS` if none is.
-fn next_visible(transfer: &TransferFunction) -> Vec<u32> {
+/// Whether each bucket holds values that must not be skipped by rays in `mode`.
+fn visible_buckets(transfer: &TransferFunction, mode: RayMode) -> Vec<bool> {
+    let ends = |bucket: usize| [bucket, bucket + 1].map(|b| b as f64 / BUCKETS as f64);
+    let buckets = 0..BUCKETS;
+    if let RayMode::Isosurface(iso) = mode {
+        let iso = f64::from(iso);
+        return buckets.map(|bucket| ends(bucket)[0] <= iso && iso <= ends(bucket)[1]).collect();
+    }
+    let visible: Vec<bool> =
+        buckets.map(|bucket| transfer.max_opacity(ends(bucket)[0], ends(bucket)[1]) > 0.0).collect();
+    // The greatest value may be skipped only if all greater ones that are met show nothing either.
+    let is_whole = match mode {
+        RayMode::Mip => visible.is_sorted(),
+        RayMode::Minip => visible.is_sorted_by(|a, b| a >= b),
+        RayMode::Average => false,
+        RayMode::Composite | RayMode::Isosurface(_) => true,
+    };
+    // Among gaps that show, a ray must know whether it meets anything else.
+    let shows_gaps = mode.is_projection() && transfer.nan()[3] > 0.0;
+    if is_whole && !shows_gaps { visible } else { vec![true; BUCKETS] }
+}
+
+/// For each bucket the first visible one at or after it; `BUCKETS` if there is none.
+fn next_visible(visible: &[bool]) -> Vec<u32> {
     let mut next = vec![BUCKETS as u32; BUCKETS + 1];
     for bucket in (0..BUCKETS).rev() {
-        let ends = [bucket, bucket + 1].map(|b| b as f64 / BUCKETS as f64);
-        let visible = transfer.max_opacity(ends[0], ends[1]) > 0.0;
-        next[bucket] = if visible { bucket as u32 } else { next[bucket + 1] };
+        next[bucket] = if visible[bucket] { bucket as u32 } else { next[bucket + 1] };
     }
     next
 }
@@ -327,7 +347,7 @@ mod tests {
     #[test]
     fn a_voxel_on_a_border_occupies_both_sides() {
         let mut cells = Macrocells::new(&one_bright_voxel([16, 8, 8], [8, 1, 1])).unwrap();
-        cells.classify(&threshold(0.5));
+        cells.classify(&threshold(0.5), RayMode::Composite);
         assert_eq!(&cells.distances()[..8], [3, 2, 1, 0, 0, 1, 2, 3]);
     }
 
@@ -336,10 +356,11 @@ mod tests {
         let mut cells = Macrocells::new(&one_bright_voxel([64, 64, 64], [1, 1, 1])).unwrap();
         let bytes = cells.ranges.len() * 4 + cells.distances.len();
         assert_eq!(Macrocells::bytes_of([64; 3]), bytes as u64);
-        cells.classify(&threshold(0.9));
+        cells.classify(&threshold(0.9), RayMode::Composite);
         assert_eq!(cells.occupied(), 0.0);
         assert!(cells.distances()[..4096].iter().all(|&d| d == FAR));
-        cells.classify(&TransferFunction::new(vec![ControlPoint::new(0.0, [1.0; 3], 0.1)]).unwrap());
+        let haze = TransferFunction::new(vec![ControlPoint::new(0.0, [1.0; 3], 0.1)]).unwrap();
+        cells.classify(&haze, RayMode::Composite);
         assert!(cells.is_dense());
     }
 }

@@ -6,6 +6,7 @@ mod brick_layout;
 mod brick_lines;
 mod bricks;
 mod extinction_table;
+mod leaving_planes;
 mod light_slices;
 mod macrocells;
 mod ray_result;

@@ -27,9 +27,21 @@ fn column(cell: vec3i) -> vec4f {
     return vec4f(texels);
 }
 
+/// Value of the voxel nearest to `p`, as `field` has it.
+fn nearest(p: vec3f) -> f32 {
+    let found = column(vec3i(clamp(p, vec3f(0.0), scene.last) + 0.5)).x;
+    if GAPS && found < 0.0 {
+        return f32(scene.last_entry + 1u);
+    }
+    return found * scene.scale;
+}
+
 /// Trilinear value at `p`, clamped to the edge, as a fractional entry of the transfer table. It is the entry of NaN if one of
 /// the eight voxels around `p` is NaN.
 fn field(p: vec3f) -> f32 {
+    if NEAREST {
+        return nearest(p);
+    }
     let clamped = clamp(p, vec3f(0.0), scene.last);
     let cell = vec3i(clamped);
     let f = clamped - vec3f(cell);

@@ -3,9 +3,12 @@
 /// Voxels of a type that samplers filter: normalised so that the largest stored value is 1, or f32.
 @group(0) @binding(1) var volume: texture_3d<f32>;
 
-/// Trilinear value at `p`, clamped to the edge, as a fractional entry of the transfer table.
+/// Trilinear value at `p`, or that of the nearest voxel, clamped to the edge, as a fractional entry of the transfer table.
 fn field(p: vec3f) -> f32 {
-    let clamped = clamp(p, vec3f(0.0), scene.last);
+    var clamped = clamp(p, vec3f(0.0), scene.last);
+    if NEAREST {
+        clamped = floor(clamped + 0.5);
+    }
     let value = textureSampleLevel(volume, linear, (clamped + 0.5) / (scene.last + 1.0), 0.0).x;
     if GAPS && value < 0.0 {
         return f32(scene.last_entry + 1u);

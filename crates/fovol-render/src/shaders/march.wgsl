@@ -15,6 +15,9 @@ fn march(pixel: vec2u) -> RayResult {
 
 /// Marches the ray of `segment`, whose shadow rays are `few` or all.
 fn march_with(segment: Segment, few: ptr<function, FewShadowRays>) -> RayResult {
+    if MODE != COMPOSITE {
+        return mode_march(segment);
+    }
     if FINE {
         return fine_march(segment, few);
     }

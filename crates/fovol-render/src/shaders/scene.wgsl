@@ -52,8 +52,16 @@ struct Scene {
     bin_bits: u32,
     /// The lowest corner of the part that is not cut off.
     box_low: vec3f,
+    /// The value of the isosurface as an entry of the transfer table, with a fraction.
+    iso: f32,
     /// The highest corner of that part.
     box_high: vec3f,
+    /// How many planes cut it.
+    plane_count: u32,
+    /// Each plane's weights of x, y, z in voxels and a constant, whose sum is 0 or more on the side that is kept.
+    planes: array<vec4f, 6>,
+    /// The same for the number of primary steps along the light direction to each plane that light comes through.
+    light_planes: array<vec4f, 6>,
     columns: LightColumns,
 }
 
@@ -61,6 +69,9 @@ struct Scene {
 override SKIP: bool = false;
 /// Whether some voxels are NaN. They are stored as a large negative number.
 override GAPS: bool = false;
+
+/// Whether values are those of the nearest voxel rather than trilinear.
+override NEAREST: bool = false;
 
 /// Number of steps to the end of the box along an axis that a ray does not move on.
 const NEVER: f32 = 1e30;

@@ -4,8 +4,11 @@
 struct View {
     /// The eye in voxels.
     eye: vec3f,
-    /// Directions in world space whose sum is the direction of a pixel.
+    /// Directions in world space whose sum is the direction of a pixel. Parallel rays have the first as direction, and the
+    /// others are between their origins.
     forward: vec3f,
+    /// Whether rays are parallel.
+    parallel: u32,
     /// To the right edge.
     right: vec3f,
     /// To the upper edge.
@@ -40,22 +43,34 @@ const PARALLEL: f32 = 1e-12;
 /// The samples of the ray through the centre of `pixel`.
 fn segment_of(pixel: vec2u) -> Segment {
     let at = (vec2f(pixel) + 0.5) / vec2f(f32(extent.width), f32(extent.height)) * 2.0 - 1.0;
-    let direction = normalize(view.forward + view.right * at.x - view.up * at.y) * scene.to_voxels;
+    let sideways = view.right * at.x - view.up * at.y;
+    let is_parallel = view.parallel != 0u;
+    let eye = view.eye + select(vec3f(0.0), sideways * scene.to_voxels, is_parallel);
+    let direction = select(normalize(view.forward + sideways), view.forward, is_parallel) * scene.to_voxels;
     let parallel = abs(direction) < vec3f(PARALLEL);
     let inverse = 1.0 / select(direction, vec3f(1.0), parallel);
-    let a = (scene.box_low - view.eye) * inverse;
-    let b = (scene.box_high - view.eye) * inverse;
-    let outside = (view.eye < scene.box_low) | (view.eye > scene.box_high);
+    let a = (scene.box_low - eye) * inverse;
+    let b = (scene.box_high - eye) * inverse;
+    let outside = (eye < scene.box_low) | (eye > scene.box_high);
     let enters = select(min(a, b), vec3f(0.0), parallel);
     let leaves = select(max(a, b), select(vec3f(NEVER), vec3f(-1.0), outside), parallel);
-    let near = max(max(enters.x, enters.y), max(enters.z, 0.0));
-    let far = min(leaves.x, min(leaves.y, leaves.z));
+    var near = max(max(enters.x, enters.y), max(enters.z, 0.0));
+    var far = min(leaves.x, min(leaves.y, leaves.z));
+    for (var i = 0u; i < scene.plane_count; i += 1u) {
+        let plane = scene.planes[i];
+        let along = dot(plane.xyz, direction);
+        let within = dot(plane, vec4f(eye, 1.0));
+        let crossing = -within / select(along, 1.0, along == 0.0);
+        near = select(near, max(near, crossing), along > 0.0);
+        far = select(far, min(far, crossing), along < 0.0);
+        far = select(far, -1.0, along == 0.0 && within < 0.0);
+    }
     // Samples k with k + ½ < (far − near)/Δ; never more than on the diagonal, however far away the eye is.
     let most = ceil(length((scene.box_high - scene.box_low) / scene.to_voxels) / scene.delta);
     let length = select(0.0, min((far - near) / scene.delta, most), near < far);
     let count = select(0.0, clamp(ceil((far - near) / scene.delta - 0.5), 0.0, most), near < far);
     let distance = fma(0.5, scene.delta, near);
-    return Segment(fma(direction, vec3f(distance), view.eye), direction * scene.delta, count, length, distance);
+    return Segment(fma(direction, vec3f(distance), eye), direction * scene.delta, count, length, distance);
 }
 
 /// 1/`delta`, 0 where a ray does not move.

@@ -49,7 +49,11 @@ fn column_at(crossed: Slice, at: vec2i) -> u32 {
 }
 
 fn is_inside(p: vec3f) -> bool {
-    return all(p >= scene.box_low) && all(p <= scene.box_high);
+    var inside = all(p >= scene.box_low) && all(p <= scene.box_high);
+    for (var i = 0u; i < scene.plane_count; i += 1u) {
+        inside = inside && dot(scene.planes[i], vec4f(p, 1.0)) >= 0.0;
+    }
+    return inside;
 }
 
 /// Transmittance of `steps` slices at an entry, which may be that of NaN.
@@ -72,9 +76,9 @@ fn cross(@builtin(global_invocation_id) thread: vec3u) {
     let here = field(p);
     // A column that has crossed no slice has a negative entry.
     let beyond = select(before.z, here, before.z < 0.0);
-    var first = mix(here, beyond, slice.near);
+    var first = mix(here, beyond, select(slice.near, floor(slice.near + 0.5), NEAREST));
     let last = f32(scene.last_entry) + 0.5;
-    if GAPS && max(here, beyond) > last {
+    if GAPS && !NEAREST && max(here, beyond) > last {
         first = last + 0.5;
     }
     var light = before.x;

@@ -16,7 +16,7 @@ mod timings;
 mod transparent;
 mod view;
 
-use crate::volume::orientation_notes;
+use crate::volume::{isosurface_note, orientation_notes};
 use crate::{
     Choice, CroppedVolume, Error, Guide, Machine, OpenDevice, OpenVolume, RenderSettings, Result, Sampling,
     SpeedSettings, WorldBox, scene,
@@ -86,6 +86,7 @@ impl Pipeline {
         estimate::fits_into_memory(&device, &scene, settings)?;
         let (marcher, mut notes) = threads.install(|| open_marcher(&device, &scene, settings, speed))?;
         notes.extend(orientation_notes(&volume.volume, settings)?);
+        notes.extend(isosurface_note(&volume.volume, settings));
         check_marcher(&*marcher, settings)?;
         let reconstruction = marcher.host_reconstruction(settings)?;
         let machine =
@@ -217,11 +218,12 @@ impl Pipeline {
         march: impl FnOnce(&mut dyn Marcher, &Camera) -> Result<Vec<RayResult>> + Send,
         camera: &Camera,
     ) -> Result<Vec<RayResult>> {
-        let camera = self.in_box(camera);
+        let whole = self.world.camera(camera);
+        let camera = self.cropped.camera(&whole);
         let marcher = &mut *self.marcher;
         let mut marched = self.threads.install(|| march(marcher, &camera))?;
         for pixel in &mut marched {
-            pixel.depth = self.cropped.distance(pixel.depth);
+            pixel.depth = self.cropped.distance(pixel.depth, &whole);
         }
         Ok(marched)
     }
@@ -255,8 +257,17 @@ impl Pipeline {
     /// Errors of [`Self::change`].
     pub fn change_scene(&mut self, settings: &RenderSettings) -> Result<bool> {
         let of = |settings: &RenderSettings| {
-            let RenderSettings { light, transfer_function, transfer_range, scale, nan, crop, .. } = settings;
-            (*light, transfer_function.clone(), *transfer_range, *scale, *nan, *crop)
+            let RenderSettings { light, transfer_function, transfer_range, scale, nan, .. } = settings;
+            let values = (transfer_function.clone(), *transfer_range, *scale, *nan);
+            (
+                *light,
+                values,
+                settings.crop,
+                settings.planes,
+                settings.mode,
+                settings.iso,
+                settings.interpolation,
+            )
         };
         let changed = of(&self.settings) != of(settings);
         self.change(settings)?;

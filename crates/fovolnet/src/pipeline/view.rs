@@ -1,6 +1,6 @@
 use super::camera_path::camera_path;
 use crate::{RenderSettings, Result, WorldBox};
-use fovol_core::{Camera, CameraPath, Fovea, FrameSize, GazePath};
+use fovol_core::{Camera, CameraPath, Fovea, FrameSize, GazePath, Projection};
 
 /// Camera and fovea of one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +25,7 @@ pub struct View {
 #[derive(Debug)]
 pub struct Paths {
     camera: CameraPath,
+    projection: Projection,
     gaze: GazePath,
     /// Fovea without its gaze.
     fovea: Fovea,
@@ -33,11 +34,16 @@ pub struct Paths {
 impl Paths {
     pub fn new(settings: &RenderSettings, world: &WorldBox) -> Result<Self> {
         let camera = camera_path(settings, world)?;
-        Ok(Self { camera, gaze: settings.gaze.clone(), fovea: settings.fovea(0)? })
+        Ok(Self {
+            camera,
+            projection: settings.projection,
+            gaze: settings.gaze.clone(),
+            fovea: settings.fovea(0)?,
+        })
     }
 
     pub fn camera(&self, i: u32) -> Camera {
-        self.camera.camera(i)
+        Camera { projection: self.projection, ..self.camera.camera(i) }
     }
 
     pub fn fovea(&self, i: u32) -> Fovea {

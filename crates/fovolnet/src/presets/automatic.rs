@@ -15,7 +15,8 @@ pub(super) fn coloured(transfer: &TransferFunction, gradient: &colorous::Gradien
     let between = between.filter(|&value| corners.iter().all(|corner| corner.value != value));
     points.extend(between.map(|value| at(value, transfer.evaluate(value)[3])));
     points.sort_by(|a, b| a.value.total_cmp(&b.value));
-    TransferFunction::new(points).expect("values rise")
+    let coloured = TransferFunction::new(points).expect("values rise");
+    coloured.with_range(transfer.range()).expect("the range was one")
 }
 
 /// Colour of `gradient` at `v`.
@@ -32,7 +33,7 @@ const BINS: usize = 256;
 pub fn automatic(volume: &Volume) -> TransferFunction {
     let [lo, hi] = volume.range();
     let counts = volume.histogram(BINS, [lo, hi]);
-    let threshold = otsu(&counts);
+    let threshold = threshold(&counts);
     let foreground: u64 = counts[threshold..].iter().sum();
     let total: u64 = counts.iter().sum();
     // If most of the volume is visible, it must be thin to be seen through.
@@ -72,8 +73,15 @@ fn quantile(counts: &[u64], from: usize, part: f64) -> usize {
     counts.len()
 }
 
+/// Display value that parts the values of `volume` into two groups, by Otsu's threshold.
+pub fn otsu(volume: &Volume) -> f64 {
+    let counts = volume.histogram(BINS, volume.range());
+    // Between bins, so that voxels of one value lie on one side.
+    (threshold(&counts) as f64 - 0.5).max(0.5) / BINS as f64
+}
+
 /// First bin of the brighter class by Otsu's threshold (1979), which maximises the variance between two classes.
-fn otsu(counts: &[u64]) -> usize {
+fn threshold(counts: &[u64]) -> usize {
     let total: f64 = counts.iter().map(|&c| c as f64).sum();
     let sum: f64 = counts.iter().enumerate().map(|(i, &c)| i as f64 * c as f64).sum();
     let (mut below, mut sum_below) = (0.0, 0.0);

@@ -1,5 +1,7 @@
 use super::automatic::{automatic, coloured};
 use super::catalogue::{colour_map, names, preset};
+use super::channel_colour::channel_colour;
+use super::label_colours::label_colours;
 use crate::{Error, OpenVolume, RenderSettings, Result, TransferChoice, TransferRange, ValueScale};
 use fovol_core::{TransferFunction, Volume, did_you_mean, path_of_text};
 use fovol_io::transfer_function::{self, Imported};
@@ -121,7 +123,8 @@ pub(crate) fn json_of_file(what: &TransferChoice, place: Option<TransferRange>) 
 /// Automatic transfer function of `volume`.
 fn automatic_for(volume: &OpenVolume) -> TransferFunction {
     let own = volume.procedural.and_then(|kind| preset(kind.name()));
-    own.unwrap_or_else(|| automatic(&volume.volume))
+    let of_file = || label_colours(&volume.volume).or_else(|| channel_colour(&volume.volume));
+    own.or_else(of_file).unwrap_or_else(|| automatic(&volume.volume))
 }
 
 #[cfg(test)]

@@ -2,10 +2,13 @@
 
 mod automatic;
 mod catalogue;
+mod channel_colour;
 mod chosen;
+mod label_colours;
 mod notes;
 
 pub use automatic::automatic;
+pub(crate) use automatic::otsu;
 pub(crate) use catalogue::is_name;
 pub use catalogue::{Kind, kinds, names, text};
 pub use chosen::{chosen, find};

@@ -44,8 +44,20 @@ impl Session {
     ///
     /// # Errors
     /// Errors of reading the file.
-    pub fn new(source: &str, read: VolumeSettings, render: RenderOverrides) -> Result<Self> {
+    pub fn new(source: &str, mut read: VolumeSettings, render: RenderOverrides) -> Result<Self> {
         let path = path_of_text(source);
+        // The array of a name such as `FILE:ARRAY` becomes a setting, so that the file can be found and checked.
+        let (path, array) = fovol_io::volume::split_array(&path);
+        let named = fovol_core::text_of_path(&path);
+        let source = if array.is_some() { &named } else { source };
+        if let (Some(other), Some(named)) = (&read.array, &array)
+            && other != named
+        {
+            return Err(Error::Setting(format!(
+                "the name of the volume chooses the array {named}, --array {other}; leave one of them out"
+            )));
+        }
+        read.array = read.array.or(array);
         let volume_sha256 = if path.is_file() { Some(sha256(&path)?) } else { None };
         let volume = if path.exists() { files::absolute(&path) } else { source.to_owned() };
         Ok(Self { volume, volume_sha256, weights_sha256: None, read, render, plan: Vec::new() })

@@ -2,12 +2,12 @@ use super::overlay::overlay;
 #[cfg(feature = "clap")]
 use super::parse;
 use super::{
-    Choice, CropBox, Density, GazeChoice, Guide, NamedView, NanColour, Orientation, PathChoice, Quality,
-    RandomWeights, Reconstruction, Sampling, ShadowRays, StillCamera, TransferChoice, TransferRange,
+    Choice, CropBox, Density, GazeChoice, Guide, Mode, NamedView, NanColour, Orientation, PathChoice,
+    Quality, RandomWeights, Reconstruction, Sampling, ShadowRays, StillCamera, TransferChoice, TransferRange,
     ValueScale, as_text,
 };
 use crate::{Error, Result};
-use fovol_core::{FrameSize, Integration, ShadowMode, SurfaceShading};
+use fovol_core::{FrameSize, Integration, Interpolation, Projection, ShadowMode, SurfaceShading};
 use fovol_net::Weights;
 use fovol_net::cpu::Precision;
 use fovol_render::noise::NoiseKind;
@@ -48,6 +48,18 @@ pub struct RenderOverrides {
     /// volume is centred at 0 and its longest side is 1
     #[cfg_attr(feature = "clap", arg(long, value_name = "EX,EY,EZ,TX,TY,TZ,FOVY", allow_hyphen_values = true))]
     pub camera: Option<StillCamera>,
+    /// How the camera projects: perspective, or orthographic, with parallel rays and a picture as high as at the target
+    /// [default: perspective]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
+    pub projection: Option<Projection>,
+    /// Values along rays that pixels show: composite (all, by the transfer function), mip, minip or average (the
+    /// greatest, the least or the mean), or isosurface (the first place that has the value --iso) [default: composite, or
+    /// isosurface with --iso]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "MODE"))]
+    pub mode: Option<Mode>,
+    /// Value of the isosurface, in the values of the file [default: between the two main groups of values]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "V", value_parser = parse::number, allow_hyphen_values = true))]
+    pub iso: Option<f64>,
     /// Transfer function: auto, a preset or a colour map (`fovolnet info --transfer-functions` lists them), or a file
     /// (our JSON, one of ParaView, 3D Slicer, VTK, vtk.js or Inviwo), with #NAME for one of several [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE", value_parser = parse::file_or::<TransferChoice>()))]
@@ -67,6 +79,9 @@ pub struct RenderOverrides {
     /// 0,1,0,1,0,1]
     #[cfg_attr(feature = "clap", arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", allow_hyphen_values = true))]
     pub clip: Option<CropBox>,
+    /// A plane in the world of --orientation that keeps the side where NX·x + NY·y + NZ·z is at least D; up to 6 times
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NX,NY,NZ,D", value_parser = parse::numbers::<4>, allow_hyphen_values = true))]
+    pub clip_plane: Option<Vec<[f64; 4]>>,
     /// Direction from the scene towards the light, in the world of --orientation [default: 0.5,1,0.3]
     #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = parse::numbers::<3>, allow_hyphen_values = true))]
     pub light: Option<[f64; 3]>,
@@ -93,6 +108,11 @@ pub struct RenderOverrides {
     /// Distance between samples along rays, in voxels [default: 0.5]
     #[cfg_attr(feature = "clap", arg(long, value_name = "S", value_parser = parse::number, allow_hyphen_values = true))]
     pub step: Option<f64>,
+    /// How values between voxels are found: linear, nearest (the nearest voxel, for labels, which are then integrated as
+    /// --integration plain does), or auto: nearest for label maps, never for mip, minip and average [default: auto]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
+    #[serde(with = "as_text")]
+    pub interpolation: Option<Choice<Interpolation>>,
     /// Integration along rays: fine, the integral of the transfer function between samples, without rings, or plain,
     /// separate samples [default: fine]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
@@ -178,6 +198,13 @@ impl RenderOverrides {
         if over.camera.is_some() {
             (self.view, self.turn) = (None, None);
         }
+        // The value of a surface and other modes replace each other.
+        if over.mode.is_some_and(|mode| mode != Mode::Isosurface) {
+            self.iso = None;
+        }
+        if over.iso.is_some() {
+            self.mode = None;
+        }
         // A budget is for planned frames.
         if over.budget.is_some() {
             self.quality = None;
@@ -186,6 +213,11 @@ impl RenderOverrides {
             self.budget = None;
         }
         self.laid_under(over)
+    }
+
+    /// Mode of the picture: the given one, else an isosurface where its value is given.
+    pub fn mode(&self) -> Mode {
+        self.mode.unwrap_or(if self.iso.is_some() { Mode::Isosurface } else { Mode::Composite })
     }
 
     /// Method of choosing pixels: the given one, else compact where another setting needs sparse pixels, else full.
@@ -245,6 +277,12 @@ impl RenderOverrides {
             return Err(contradiction(
                 "--sampling full marches every pixel and leaves nothing to reconstruct; leave out either it or --reconstruct and weights",
             ));
+        }
+        if self.iso.is_some() && self.mode() != Mode::Isosurface {
+            return Err(contradiction(format!(
+                "--iso is for --mode isosurface, not {}; leave out one of them",
+                self.mode()
+            )));
         }
         self.limit()?;
         let leaves_turntable = self.path.as_ref().is_some_and(|path| *path != PathChoice::Turntable);
@@ -314,6 +352,19 @@ mod tests {
         assert_eq!(still.clone().overridden_by(view).camera, None);
         let path = RenderOverrides { path: Some(PathChoice::Turntable), ..RenderOverrides::default() };
         assert_eq!(still.overridden_by(path).camera, None);
+    }
+
+    #[test]
+    fn modes_and_values_of_surfaces_replace_each_other() {
+        let of = |mode, iso| RenderOverrides { mode, iso, ..RenderOverrides::default() };
+        let surface = of(None, Some(3.0));
+        assert_eq!((surface.mode(), RenderOverrides::default().mode()), (Mode::Isosurface, Mode::Composite));
+        assert_eq!(surface.clone().overridden_by(of(Some(Mode::Mip), None)), of(Some(Mode::Mip), None));
+        assert_eq!(of(Some(Mode::Mip), None).overridden_by(surface.clone()), surface);
+        let named = surface.clone().overridden_by(of(Some(Mode::Isosurface), None));
+        assert_eq!((named.mode(), named.iso), (Mode::Isosurface, Some(3.0)));
+        assert!(of(Some(Mode::Mip), Some(3.0)).check_flags().unwrap_err().to_string().contains("--iso"));
+        assert!(named.check_flags().is_ok());
     }
 
     #[test]

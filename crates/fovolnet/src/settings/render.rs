@@ -1,9 +1,12 @@
 use super::{
-    CameraChoice, Choice, CropBox, Density, Guide, NamedView, NanColour, Orientation, Reconstruction,
+    CameraChoice, Choice, CropBox, Density, Guide, Mode, NamedView, NanColour, Orientation, Reconstruction,
     Sampling, ShadowRays, TransferChoice, TransferRange, ValueScale, WeightsChoice,
 };
 use crate::{Error, Result};
-use fovol_core::{Fovea, FrameSize, GazePath, Integration, Light, ShadowMode, SurfaceShading};
+use fovol_core::{
+    ClipPlanes, Fovea, FrameSize, GazePath, Integration, Interpolation, Light, Projection, ShadowMode,
+    SurfaceShading,
+};
 use fovol_net::cpu::Precision;
 use fovol_net::plan::Named;
 use fovol_render::noise::NoiseKind;
@@ -44,6 +47,12 @@ pub struct RenderSettings {
     pub view: Option<NamedView>,
     /// Orientation of the volume in world space; `None` for patient orientation where the file declares it, else grid.
     pub orientation: Option<Orientation>,
+    /// How the camera projects.
+    pub projection: Projection,
+    /// Values along rays that pixels show.
+    pub mode: Mode,
+    /// Data value of an isosurface; `None` for one between the two main groups of values.
+    pub iso: Option<f64>,
     /// Transfer function.
     pub transfer_function: TransferChoice,
     /// Place of a transfer function in data values; `None` for what its file says.
@@ -54,6 +63,8 @@ pub struct RenderSettings {
     pub nan: NanColour,
     /// Part of the volume that is shown; `None` for all of it.
     pub crop: Option<CropBox>,
+    /// Planes that cut away more of it, in world space.
+    pub planes: ClipPlanes,
     /// Light, in world space.
     pub light: Light,
     /// Shadow computation.
@@ -70,6 +81,8 @@ pub struct RenderSettings {
     pub transparent: bool,
     /// Distance between samples along rays, in voxels.
     pub step: f64,
+    /// How values between voxels are found. `auto` is the nearest voxel for label maps.
+    pub interpolation: Choice<Interpolation>,
     /// Integration along rays.
     pub integration: Integration,
     /// Method of choosing the pixels that are marched. [`Sampling::Full`] leaves nothing to reconstruct, and the settings
@@ -109,11 +122,15 @@ impl Default for RenderSettings {
             turn: 360.0,
             view: None,
             orientation: None,
+            projection: Projection::Perspective,
+            mode: Mode::Composite,
+            iso: None,
             transfer_function: TransferChoice::Auto,
             transfer_range: None,
             scale: ValueScale::Linear,
             nan: NanColour::Transparent,
             crop: None,
+            planes: ClipPlanes::default(),
             light: Light::default(),
             shadows: ShadowMode::On,
             shadow_rays: ShadowRays::Exact,
@@ -122,6 +139,7 @@ impl Default for RenderSettings {
             background: [0.0; 3],
             transparent: false,
             step: 0.5,
+            interpolation: Choice::Auto,
             integration: Integration::Fine,
             sampling: Sampling::Full,
             pb: base,

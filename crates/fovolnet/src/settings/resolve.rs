@@ -1,6 +1,6 @@
 use super::{RenderOverrides, RenderSettings, WeightsChoice};
 use crate::{Error, Result};
-use fovol_core::Light;
+use fovol_core::{ClipPlane, ClipPlanes, Light, ShadowMode};
 
 impl RenderOverrides {
     /// Completes the settings with the defaults of [`RenderSettings::default`]. Files of camera paths and gaze are read
@@ -18,6 +18,9 @@ impl RenderOverrides {
         let seed = self.seed.unwrap_or(usual.seed);
         let gaze = self.gaze.as_ref().map(|gaze| gaze.path(seed)).transpose()?;
         let light = self.light.map(Light::try_from).transpose()?;
+        // Projections have no shadows.
+        let shadows = self.shadows.filter(|_| self.mode().is_lit());
+        let usual_shadows = if self.mode().is_lit() { usual.shadows } else { ShadowMode::Off };
         Ok(RenderSettings {
             size: self.size.unwrap_or(usual.size),
             frames: self.frames.unwrap_or(usual.frames),
@@ -26,19 +29,24 @@ impl RenderOverrides {
             turn: self.turn.unwrap_or(usual.turn),
             view: self.view,
             orientation: self.orientation,
+            projection: self.projection.unwrap_or(usual.projection),
+            mode: self.mode(),
+            iso: self.iso,
             transfer_function: self.tf.clone().unwrap_or(usual.transfer_function),
             transfer_range: self.tf_range,
             scale: self.scale.unwrap_or(usual.scale),
             nan: self.nan.unwrap_or(usual.nan),
             crop: self.clip,
+            planes: self.planes()?,
             light: light.unwrap_or(usual.light),
-            shadows: self.shadows.unwrap_or(usual.shadows),
+            shadows: shadows.unwrap_or(usual_shadows),
             shadow_rays: self.shadow_rays.unwrap_or(usual.shadow_rays),
             shading: self.shading.unwrap_or(usual.shading),
             ambient: self.ambient.unwrap_or(usual.ambient),
             background: self.background.unwrap_or(usual.background),
             transparent: self.transparent.unwrap_or(usual.transparent),
             step: self.step.unwrap_or(usual.step),
+            interpolation: self.interpolation.unwrap_or(usual.interpolation),
             integration: self.integration.unwrap_or(usual.integration),
             sampling: self.sampling(),
             pb: self.pb.unwrap_or(usual.pb),
@@ -52,6 +60,12 @@ impl RenderOverrides {
             weights: self.weights_choice()?,
             precision: self.precision.unwrap_or(usual.precision),
         })
+    }
+
+    fn planes(&self) -> Result<ClipPlanes> {
+        let planes = self.clip_plane.iter().flatten();
+        let plane = |&[x, y, z, distance]: &[f64; 4]| ClipPlane { normal: [x, y, z].into(), distance };
+        Ok(ClipPlanes::new(&planes.map(plane).collect::<Vec<_>>())?)
     }
 
     /// Weights of the network. Two may be named where no network needs any.
@@ -70,7 +84,7 @@ impl RenderOverrides {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Reconstruction, Sampling};
+    use crate::{Mode, Reconstruction, Sampling};
     use fovol_core::GazePath;
 
     #[test]
@@ -86,6 +100,28 @@ mod tests {
         assert_eq!(sampling(RenderOverrides { pb: Some(0.03), ..Default::default() }), Sampling::Compact);
         let none = RenderOverrides { reconstruct: Some(Reconstruction::None), ..Default::default() };
         assert_eq!(sampling(none), Sampling::Full);
+    }
+
+    #[test]
+    fn projections_have_no_shadows() {
+        let shadows = |mode| {
+            let given = RenderOverrides { mode, shadows: Some(ShadowMode::Cached), ..Default::default() };
+            given.resolve().unwrap().shadows
+        };
+        assert_eq!(shadows(Some(Mode::Mip)), ShadowMode::Off);
+        assert_eq!(shadows(Some(Mode::Isosurface)), ShadowMode::Cached);
+        let mip = RenderOverrides { mode: Some(Mode::Mip), ..Default::default() };
+        assert_eq!(mip.resolve().unwrap().shadows, ShadowMode::Off);
+    }
+
+    #[test]
+    fn planes_are_checked() {
+        let planes = |planes: Vec<[f64; 4]>| {
+            RenderOverrides { clip_plane: Some(planes), ..Default::default() }.resolve().map(|s| s.planes)
+        };
+        assert_eq!(planes(vec![[0.0, 1.0, 0.0, 0.1]; 6]).unwrap().as_slice().len(), 6);
+        assert!(planes(vec![[0.0, 1.0, 0.0, 0.1]; 7]).unwrap_err().to_string().contains("at most 6"));
+        assert!(planes(vec![[0.0; 4]]).unwrap_err().to_string().contains("normal"));
     }
 
     #[test]

@@ -24,6 +24,9 @@ pub struct VolumeSettings {
     /// Values shown as 0 and 1
     #[cfg_attr(feature = "clap", arg(long, value_name = "LO,HI", value_parser = parse::numbers::<2>, allow_hyphen_values = true))]
     pub range: Option<[f64; 2]>,
+    /// Centre and width of the values to show, as radiologists give them: --range C-W/2,C+W/2
+    #[cfg_attr(feature = "clap", arg(long, value_name = "CENTRE,WIDTH", value_parser = parse::numbers::<2>, allow_hyphen_values = true, conflicts_with = "range"))]
+    pub window: Option<[f64; 2]>,
     /// Array of values to read, by its name, where a file has several
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     pub array: Option<String>,
@@ -36,6 +39,9 @@ pub struct VolumeSettings {
     /// Time point to read, if there are several, from 0 on [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
     pub time: Option<usize>,
+    /// Level of resolution to read, if there are several, from 0 on, the finest [default: the finest that fits into memory]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
+    pub level: Option<usize>,
     /// Series of a DICOM folder to read: its UID, or its number from 1 on as `info` lists them [default: the one with most slices]
     #[cfg_attr(feature = "clap", arg(long, value_name = "UID|N"))]
     pub series: Option<String>,
@@ -48,8 +54,21 @@ pub struct VolumeSettings {
 impl VolumeSettings {
     /// Combines these settings with `over`, which takes precedence.
     #[must_use]
-    pub fn overridden_by(self, over: Self) -> Self {
+    pub fn overridden_by(mut self, over: Self) -> Self {
+        // A window and a range replace each other.
+        if over.range.is_some() {
+            self.window = None;
+        }
+        if over.window.is_some() {
+            self.range = None;
+        }
         self.laid_under(over)
+    }
+
+    /// Values shown as 0 and 1, if they are chosen: those of the window or of the range.
+    pub fn shown_range(&self) -> Option<[f64; 2]> {
+        let of_window = |[centre, width]: [f64; 2]| [centre - 0.5 * width, centre + 0.5 * width];
+        self.window.map(of_window).or(self.range)
     }
 
     /// Converts the settings for the file readers.
@@ -60,12 +79,28 @@ impl VolumeSettings {
             dtype: self.dtype,
             endian: self.endian,
             spacing: self.spacing,
-            range: self.range,
+            range: self.shown_range(),
             array: self.array.clone(),
             component: self.component,
             channel: self.channel,
             time: self.time,
+            level: self.level,
             series: self.series.clone(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_are_ranges() {
+        let window = VolumeSettings { window: Some([40.0, 400.0]), ..Default::default() };
+        assert_eq!(window.shown_range(), Some([-160.0, 240.0]));
+        let range = VolumeSettings { range: Some([0.0, 1.0]), ..Default::default() };
+        assert_eq!(window.clone().overridden_by(range.clone()), range);
+        assert_eq!(range.overridden_by(window.clone()), window);
+        assert_eq!(VolumeSettings::default().shown_range(), None);
     }
 }

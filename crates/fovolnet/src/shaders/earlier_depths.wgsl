@@ -45,7 +45,6 @@ fn splat(@builtin(global_invocation_id) at: vec3u) {
     if place.x < 0.0 || place.y < 0.0 || place.x >= f32(reprojection.width) || place.y >= f32(reprojection.height) {
         return;
     }
-    let away = length(vec3f(seen.x, seen.y * reprojection.half_width, seen.z * reprojection.half_height));
-    let bits = bitcast<u32>(nearness(pixel, inverse) / away);
+    let bits = bitcast<u32>(inverse_from_there(pixel, inverse, seen));
     atomicMax(&nearest[u32(place.y) * reprojection.width + u32(place.x)], bits);
 }

@@ -5,7 +5,7 @@ struct Reprojection {
     base: array<vec4f, 3>,
     // Direction of pixel (0, 0) in world space, and its change by a pixel to the right and a pixel down.
     direction: array<vec4f, 3>,
-    // Change per unit of inverse distance.
+    // Change per unit of inverse distance, or of distance with parallel rays, which w = 1 stands for.
     parallax: vec4f,
     width: u32,
     height: u32,
@@ -24,8 +24,16 @@ fn at_pixel(v: array<vec4f, 3>, pixel: vec2f) -> vec3f {
     return v[0].xyz + v[1].xyz * pixel.x + v[2].xyz * pixel.y;
 }
 
-/// Inverse distance from this camera's eye, times the length of the direction.
+fn is_parallel() -> bool {
+    return reprojection.parallax.w != 0.0;
+}
+
+/// Inverse distance from this camera's eye, times the length of the direction. With parallel rays the distance, 1 for what is
+/// infinitely far away.
 fn nearness(pixel: vec2f, inverse: f32) -> f32 {
+    if is_parallel() {
+        return select(1.0, 1.0 / inverse, inverse > 0.0);
+    }
     return inverse * length(at_pixel(reprojection.direction, pixel));
 }
 
@@ -37,8 +45,17 @@ fn seen_from_there(pixel: vec2f, inverse: f32) -> vec3f {
 /// Pixel of the other frame at that position.
 fn place_of(seen: vec3f) -> vec2f {
     let size = vec2f(f32(reprojection.width), f32(reprojection.height));
-    let ahead = max(seen.x, 1e-6);
+    let ahead = select(max(seen.x, 1e-6), 1.0, is_parallel());
     return vec2f(seen.y / ahead + 1.0, 1.0 - seen.z / ahead) * 0.5 * size - 0.5;
+}
+
+/// Inverse distance from the other camera of the point that `pixel` shows at `seen`.
+fn inverse_from_there(pixel: vec2f, inverse: f32, seen: vec3f) -> f32 {
+    if is_parallel() {
+        return 1.0 / seen.x;
+    }
+    let away = length(vec3f(seen.x, seen.y * reprojection.half_width, seen.z * reprojection.half_height));
+    return nearness(pixel, inverse) / away;
 }
 
 /// Offset from `pixel` to the position of the same point in the other frame.

@@ -51,10 +51,12 @@ impl CroppedVolume {
         })
     }
 
-    /// Replaces the volume of `scene`, which shows the whole, by the part.
+    /// Replaces the volume of `scene`, which shows the whole but for what planes cut away, by the part.
     #[must_use]
     pub fn of(&self, scene: Scene) -> Scene {
-        Scene { volume: Arc::clone(&self.volume), clip: self.part, ..scene }
+        let planes = scene.clip_box().planes().moved(self.centre, self.scale);
+        let clip = self.part.map(|part| part.with_planes(planes)).or(scene.clip);
+        Scene { volume: Arc::clone(&self.volume), clip, ..scene }
     }
 
     /// Converts `camera` from the world space of the whole volume to that of the part.
@@ -63,16 +65,22 @@ impl CroppedVolume {
         Camera { eye: moved(camera.eye), target: moved(camera.target), ..*camera }
     }
 
-    /// Converts `distance` from the world space of the part to that of the whole volume.
-    pub fn distance(&self, distance: f32) -> f32 {
-        (f64::from(distance) / self.scale) as f32
+    /// Converts `distance` from the origin of a ray of `camera` from the space of the part to that of the whole volume;
+    /// `camera` is in the latter.
+    pub fn distance(&self, distance: f32, camera: &Camera) -> f32 {
+        let [whole, part] = [*camera, self.camera(camera)].map(|camera| {
+            let rays = camera.rays(fovol_core::FrameSize::default());
+            (camera.eye - rays.origin()).dot(camera.axes().0)
+        });
+        // Parallel rays begin before or behind the eye, elsewhere in each space.
+        ((f64::from(distance) - part) / self.scale + whole) as f32
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fovol_core::Grid;
+    use fovol_core::{Grid, Projection};
 
     fn volume() -> Arc<Volume> {
         let grid = Grid::new([10, 20, 5], [1.0, 0.5, 2.0]).unwrap();
@@ -105,7 +113,22 @@ mod tests {
         assert!((part_at + DVec3::new(2.0, 3.0, 0.0) - whole_at).length() < 1e-9);
         let away = |camera: &Camera| camera.eye.distance(camera.target) as f32;
         let camera = Camera::at(world, DVec3::ZERO, 30.0);
-        assert!((clip.distance(away(&clip.camera(&camera))) - away(&camera)).abs() < 1e-6);
+        assert!((clip.distance(away(&clip.camera(&camera)), &camera) - away(&camera)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn parallel_rays_meet_points_at_the_distances_of_the_whole() {
+        let whole = volume();
+        let clip = CroppedVolume::new(&whole, Some([0.4, 0.5, 0.25, 0.75, 0.4, 0.8].into())).unwrap();
+        let camera = Camera::at(DVec3::new(0.1, -0.2, 0.3), DVec3::new(0.0, 0.1, -0.1), 30.0);
+        let camera = Camera { projection: Projection::Orthographic, ..camera };
+        let point = DVec3::new(0.02, 0.03, -0.04);
+        let away = |camera: &Camera, point: DVec3| {
+            let rays = camera.rays(fovol_core::FrameSize::default());
+            (point - rays.origin()).dot(camera.axes().0) as f32
+        };
+        let in_part = away(&clip.camera(&camera), (point - clip.centre) * clip.scale);
+        assert!((clip.distance(in_part, &camera) - away(&camera, point)).abs() < 1e-5);
     }
 
     #[test]

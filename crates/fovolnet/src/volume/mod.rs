@@ -2,12 +2,14 @@
 
 mod cropped_volume;
 mod open;
+mod ray_mode;
 mod scene;
 mod visibility;
 mod world_box;
 
 pub use cropped_volume::CroppedVolume;
 pub use open::{OpenVolume, open_volume};
+pub(crate) use ray_mode::note as isosurface_note;
 pub use scene::scene;
 pub use visibility::Visibility;
 pub use world_box::WorldBox;

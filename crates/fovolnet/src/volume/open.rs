@@ -52,6 +52,8 @@ impl OpenVolume {
     pub fn doubts(&self) -> Vec<String> {
         let narrow =
             self.narrow_range().map(|range| format!("{}: {}", self.source, shown_range(&self.volume, range)));
+        // Labels have colours at their own values, wherever the range ends.
+        let narrow = narrow.filter(|_| !self.volume.is_label_map());
         let notes = self.volume.notes().iter().map(|note| format!("{}: {note}", self.source));
         notes.chain(narrow).chain(self.outliers()).chain(self.labels()).collect()
     }
@@ -65,12 +67,14 @@ impl OpenVolume {
 
     /// Note on a label map, if the volume looks like one.
     fn labels(&self) -> Option<String> {
-        let labels = self.volume.label_values()?;
+        let why = match self.volume.label_values() {
+            _ if self.volume.contents().are_labels => "its file says that its values are labels".to_owned(),
+            Some(labels) => format!("its {} values look like labels", labels.len()),
+            None => return None,
+        };
         Some(format!(
-            "{}: its {} values look like labels; colours blend where two touch, so that a border may have the colour of a \
-             label between them",
-            self.source,
-            labels.len()
+            "{}: {why}; voxels are shown without interpolation, unless --interpolation linear is given",
+            self.source
         ))
     }
 
@@ -173,7 +177,7 @@ fn made(kind: Procedural, settings: &VolumeSettings) -> Result<Volume> {
     /// Voxels along each side by default.
     const PROCEDURAL_SIDE: usize = 128;
     let mut volume = procedural::make(kind, settings.dims.unwrap_or([PROCEDURAL_SIDE; 3]), 0)?;
-    if let Some(range) = settings.range {
+    if let Some(range) = settings.shown_range() {
         volume = volume.with_range(range)?;
     }
     if let Some(spacing) = settings.spacing {
@@ -223,10 +227,11 @@ mod tests {
             open_volume(path.to_str().unwrap(), &VolumeSettings::default()).unwrap().notes()
         };
         let labels = notes("labels_2x2x2_uint8.raw", &[0, 0, 0, 0, 1, 1, 2, 2]);
-        assert!(labels.len() == 2 && labels[1].contains("its 3 values look like labels"), "{labels:?}");
+        assert!(labels.len() == 1 && labels[0].contains("its 3 values look like labels"), "{labels:?}");
+        let narrow = notes("narrow_2x2x2_uint8.raw", &[0, 1, 0, 1, 1, 2, 1, 2]);
         assert!(
-            labels[0].ends_with(": values 0 to 2 are shown as 0 to 0.008 of the range; try --range 0,2"),
-            "{labels:?}"
+            narrow[0].ends_with(": values 0 to 2 are shown as 0 to 0.008 of the range; try --range 0,2"),
+            "{narrow:?}"
         );
         assert!(notes("scan_2x2x2_uint8.raw", &[0, 0, 1, 1, 1, 1, 200, 200]).is_empty());
         let header = b"NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 1 1 3\nencoding: raw\n\n";

@@ -1,5 +1,6 @@
-use crate::{OpenVolume, RenderSettings, Result, WorldBox, presets};
-use fovol_core::{Light, Scene, Shading};
+use super::ray_mode::ray_mode;
+use crate::{Choice, Mode, OpenVolume, RenderSettings, Result, WorldBox, presets};
+use fovol_core::{ClipBox, Interpolation, Light, Scene, Shading, Volume};
 
 /// Scene of the whole `volume` with `settings`; for a crop box see [`crate::CroppedVolume`]. The scene is in the space of the
 /// volume's box. Its light is converted here, and cameras must be converted by [`WorldBox`].
@@ -19,6 +20,45 @@ pub fn scene(volume: &OpenVolume, settings: &RenderSettings) -> Result<Scene> {
     scene.background = settings.background;
     scene.step = settings.step;
     scene.integration = settings.integration;
+    scene.interpolation = interpolation(&volume.volume, settings);
+    scene.mode = ray_mode(&volume.volume, settings)?;
+    if !settings.planes.as_slice().is_empty() {
+        scene.clip = Some(ClipBox::whole(volume.volume.grid()).with_planes(world.planes(&settings.planes)));
+    }
     scene.check()?;
     Ok(scene)
+}
+
+/// How values between voxels of `volume` are found with `settings`. Greatest, least and mean values are always those of
+/// trilinear interpolation.
+fn interpolation(volume: &Volume, settings: &RenderSettings) -> Interpolation {
+    match settings.interpolation {
+        _ if matches!(settings.mode, Mode::Mip | Mode::Minip | Mode::Average) => Interpolation::Linear,
+        Choice::Fixed(interpolation) => interpolation,
+        Choice::Auto if volume.is_label_map() => Interpolation::Nearest,
+        Choice::Auto => Interpolation::Linear,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fovol_core::{Contents, Grid};
+
+    #[test]
+    fn labels_are_not_interpolated() {
+        let of =
+            |values: Vec<u8>| Volume::from_values(Grid::new([4, 2, 1], [1.0; 3]).unwrap(), values).unwrap();
+        let labels = of(vec![0, 0, 3, 3, 0, 1, 1, 3]);
+        let ramp = of(vec![0, 1, 2, 3, 0, 1, 2, 3]);
+        let usual = RenderSettings::default();
+        assert_eq!(interpolation(&labels, &usual), Interpolation::Nearest);
+        assert_eq!(interpolation(&ramp, &usual), Interpolation::Linear);
+        let declared = ramp.with_contents(Contents { are_labels: true, ..Contents::default() });
+        assert_eq!(interpolation(&declared, &usual), Interpolation::Nearest);
+        let mip = RenderSettings { mode: Mode::Mip, ..usual.clone() };
+        assert_eq!(interpolation(&labels, &mip), Interpolation::Linear);
+        let linear = RenderSettings { interpolation: Interpolation::Linear.into(), ..usual };
+        assert_eq!(interpolation(&labels, &linear), Interpolation::Linear);
+    }
 }

@@ -1,7 +1,7 @@
 //! Placement of a volume's box in world space.
 
 use crate::{CropBox, Error, Orientation, RenderSettings, Result};
-use fovol_core::{Camera, Space, Volume};
+use fovol_core::{Camera, ClipPlanes, Space, Volume};
 use glam::{DMat3, DVec3};
 
 /// Box of a volume, and its orientation in world space.
@@ -47,6 +47,11 @@ impl WorldBox {
     /// Converts `camera` from world space to the space of the box.
     pub fn camera(&self, camera: &Camera) -> Camera {
         camera.turned(&self.turn.transpose())
+    }
+
+    /// Converts planes from world space to the space of the box.
+    pub fn planes(&self, world: &ClipPlanes) -> ClipPlanes {
+        world.turned(&self.turn.transpose())
     }
 
     /// Converts a direction from world space to the space of the box.

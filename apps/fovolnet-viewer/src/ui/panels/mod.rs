@@ -1,14 +1,20 @@
 //! Panels for settings and statistics.
 
+mod data;
 mod fields;
+mod mode;
 mod motion;
 mod placement;
+mod planes;
 mod sampling;
 mod scene;
 mod statistics;
 
+pub use data::{data, has_parts};
+pub use mode::{mode, projection};
 pub use motion::{budget, looks};
 pub use placement::{cropping, standing};
+pub use planes::planes;
 pub use sampling::sampling;
 pub use scene::scene;
 pub use statistics::{HISTORY, statistics};

@@ -22,7 +22,10 @@ impl Projection {
     pub fn project(&self, point: DVec3) -> Option<Pos2> {
         let (forward, right, up) = self.camera.axes();
         let seen = point - self.camera.eye;
-        let depth = seen.dot(forward);
+        let depth = match self.camera.projection {
+            fovolnet::core::Projection::Perspective => seen.dot(forward),
+            fovolnet::core::Projection::Orthographic => (self.camera.target - self.camera.eye).length(),
+        };
         if depth < 1e-3 {
             return None;
         }
@@ -206,6 +209,13 @@ mod tests {
             assert!((at - pos2(x as f32 + 0.5, y as f32 + 0.5)).length() < 1e-3);
         }
         assert!(projection.project(camera.eye * 2.0).is_none());
+        let parallel = Camera { projection: fovolnet::core::Projection::Orthographic, ..camera };
+        let projection = Projection { camera: parallel, ..projection };
+        for (x, y, away) in [(3, 4, 0.2), (150, 88, 1.7)] {
+            let ray = parallel.rays(size).ray(x, y);
+            let at = projection.project(ray.origin + ray.direction * away).unwrap();
+            assert!((at - pos2(x as f32 + 0.5, y as f32 + 0.5)).length() < 1e-3);
+        }
     }
 
     #[test]

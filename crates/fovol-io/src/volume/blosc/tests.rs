@@ -25,6 +25,11 @@ fn contents() -> impl Iterator<Item = Vec<u8>> {
     lengths.map(smooth).chain([repeated(17_500), repeated(17_500)])
 }
 
+/// Bytes of the chunk that begins `chunks`.
+fn whole(chunks: &[u8]) -> usize {
+    u32::from_le_bytes(*chunks[12..].first_chunk().unwrap()) as usize
+}
+
 #[test]
 fn chunks_of_blosc_itself() {
     let mut at = 0;
@@ -32,15 +37,17 @@ fn chunks_of_blosc_itself() {
         let chunk = &CHUNKS[at..];
         let found = unpacked(chunk, 1 << 20).unwrap_or_else(|problem| panic!("{index}: {problem}"));
         assert!(found == expected, "{index}: {:?}", &chunk[..16]);
-        at += number(chunk, 12).unwrap();
+        at += whole(chunk);
     }
-    let error = unpacked(&CHUNKS[at..], 1 << 20).unwrap_err();
-    assert_eq!(error.to_string(), "packed with Zstandard");
+    #[cfg(not(feature = "zarr"))]
+    assert!(unpacked(&CHUNKS[at..], 1 << 20).unwrap_err().to_string().contains("feature `zarr`"));
+    #[cfg(feature = "zarr")]
+    assert!(unpacked(&CHUNKS[at..], 1 << 20).is_ok());
 }
 
 #[test]
 fn nothing_is_longer_than_allowed() {
-    let chunk = contents().take(1).fold(CHUNKS, |chunks, _| &chunks[number(chunks, 12).unwrap()..]);
+    let chunk = contents().take(1).fold(CHUNKS, |chunks, _| &chunks[whole(chunks)..]);
     assert!(unpacked(chunk, 999).is_err());
     assert_eq!(unpacked(chunk, 1000).unwrap().len(), 1000);
 }
@@ -49,7 +56,7 @@ fn nothing_is_longer_than_allowed() {
 fn damage_never_panics() {
     let mut at = 0;
     for _ in contents() {
-        let length = number(&CHUNKS[at..], 12).unwrap();
+        let length = whole(&CHUNKS[at..]);
         let chunk = &CHUNKS[at..at + length];
         for cut in (0..length).step_by(length / 20 + 1) {
             assert!(cut == length || unpacked(&chunk[..cut], 1 << 20).is_err());

@@ -1,6 +1,6 @@
 //! Spacing of voxels from the coordinates of axes.
 
-use crate::volume::units::symbol;
+use crate::volume::units::{metres, symbol};
 
 /// Coordinates of one axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,10 +26,6 @@ pub struct Spaced {
 
 /// Steps that differ by more than this part are irregular.
 const REGULAR: f64 = 1e-3;
-
-/// Units of length and their size in metres.
-const LENGTHS: [(&str, f64); 7] =
-    [("nm", 1e-9), ("µm", 1e-6), ("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("km", 1e3), ("inch", 0.0254)];
 
 /// Spacing along one axis.
 struct Step {
@@ -58,8 +54,7 @@ impl Spaced {
                 )),
             }
         }
-        let is_length = LENGTHS.iter().any(|(name, _)| *name == base.units);
-        Some(Self { spacing, units: is_length.then(|| base.units.clone()), notes })
+        Some(Self { spacing, units: metres(&base.units).is_some().then(|| base.units.clone()), notes })
     }
 }
 
@@ -94,7 +89,6 @@ fn ratio(from: &str, to: &str) -> Option<f64> {
     if kind(from) == kind(to) {
         return Some(1.0);
     }
-    let metres = |unit: &str| LENGTHS.iter().find(|(name, _)| *name == unit).map(|(_, metres)| *metres);
     Some(metres(from)? / metres(to)?)
 }
 

@@ -4,10 +4,12 @@
 
 mod coordinates;
 mod packing;
+mod stated;
 
 use super::array_axes::ArrayAxes;
 pub use coordinates::{Coordinate, Spaced};
 pub use packing::unpacked;
+pub use stated::{stated_spacing, with_spacing_notes};
 use std::collections::{BTreeMap, HashSet};
 
 /// The value of an attribute.

@@ -2,13 +2,14 @@
 //!
 //! Source: <https://imagej.net/plugins/bdv/#about-the-bigdataviewer-data-format>.
 
-use super::element::Element;
+use super::element::{Element, unsigned};
 use super::file::File;
-use super::{unsigned, voxels};
+use super::voxels;
 use crate::Result;
 use crate::volume::Overrides;
 use crate::volume::layout::Layout;
-use fovol_core::{Contents, Volume, memory};
+use crate::volume::levels::{fits, noted};
+use fovol_core::{Contents, Volume};
 use hdf5_reader::Dataset;
 
 /// Reads the chosen setup and time point in the finest level that fits in memory; none for other files.
@@ -24,25 +25,31 @@ pub fn parse(file: &File<'_>, overrides: &Overrides) -> Result<Option<Volume>> {
     let cells = |level: usize| file.dataset(&format!("/{}/{}/{level}/cells", times[time], setups[channel]));
     let Some(factors) = factors(file, &setups[channel])? else { return Ok(None) };
     let mut shown = None;
-    for level in 0..factors.len() {
+    let chosen = overrides.level_of(source, factors.len())?;
+    for level in chosen.map_or(0..factors.len(), |level| level..level + 1) {
         let Some(dataset) = cells(level)? else { break };
-        let fits = fits(&dataset);
+        let fits = fits(length(&dataset));
         shown = Some((level, dataset));
         if fits {
             break;
         }
     }
     let Some((level, dataset)) = shown else { return Ok(None) };
-    let contents = Contents { times: times.len(), time, channels: setups, channel, ..Contents::default() };
-    volume(file, &dataset, (level, factors[level]), contents).map(Some)
+    let levels = factors.len();
+    let contents = Contents {
+        times: times.len(),
+        time,
+        channels: setups,
+        channel,
+        levels,
+        level,
+        ..Contents::default()
+    };
+    let volume = volume(file, &dataset, factors[level], contents)?;
+    Ok(Some(noted(volume, level, chosen.is_some())))
 }
 
-fn volume(
-    file: &File<'_>,
-    dataset: &Dataset,
-    (level, factors): (usize, [f64; 3]),
-    contents: Contents,
-) -> Result<Volume> {
+fn volume(file: &File<'_>, dataset: &Dataset, factors: [f64; 3], contents: Contents) -> Result<Volume> {
     let source = file.source;
     let element = Element::of(dataset.dtype())
         .map_err(|problem| source.unsupported(format!("its values are {problem}")))?;
@@ -60,13 +67,9 @@ fn volume(
     let (bytes, start) = voxels::read(file, dataset, &element, &part)?;
     let volume =
         layout.volume(source, bytes, start)?.with_format("BigDataViewer HDF5").with_contents(contents);
-    let volume = volume.with_note(
+    Ok(volume.with_note(
         "its spacing is in the .xml beside it and not read; that of the finest level is taken as 1, --spacing X,Y,Z sets another",
-    );
-    Ok(match level {
-        0 => volume,
-        _ => volume.with_note(format!("level {level} is shown: finer ones do not fit in memory")),
-    })
+    ))
 }
 
 /// Names of groups in `path` that are `letter` and `digits` digits.
@@ -91,8 +94,7 @@ fn factors(file: &File<'_>, setup: &str) -> Result<Option<Vec<[f64; 3]>>> {
     Ok(Some(levels.to_vec()).filter(|levels| is_sound && !levels.is_empty()))
 }
 
-/// Whether `dataset` fits in the memory that is available, with room for what renders it.
-fn fits(dataset: &Dataset) -> bool {
-    let length = dataset.raw_byte_len().unwrap_or(usize::MAX) as u64;
-    memory::available().is_none_or(|available| length < available / 2)
+/// Bytes of the values of `dataset`.
+fn length(dataset: &Dataset) -> u64 {
+    dataset.raw_byte_len().unwrap_or(usize::MAX) as u64
 }

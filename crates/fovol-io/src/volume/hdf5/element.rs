@@ -133,6 +133,17 @@ pub fn check_bits(raw: &[u8], dtype: Dtype) -> Result<(), String> {
     }
 }
 
+/// The unsigned integer of the size of `dtype`.
+pub fn unsigned(dtype: Dtype) -> Dtype {
+    match dtype {
+        Dtype::I8 => Dtype::U8,
+        Dtype::I16 => Dtype::U16,
+        Dtype::I32 => Dtype::U32,
+        Dtype::I64 => Dtype::U64,
+        other => other,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,5 +1,6 @@
 //! An open HDF5 file: its groups, datasets and attributes, and errors in our words.
 
+use super::limits::{BYTES_PER_BYTE, FREE_BYTES};
 use super::{lzf, packed};
 use crate::volume::Source;
 use crate::volume::cf::{Attribute, Attributes};
@@ -20,10 +21,6 @@ const LONGEST_USER_BLOCK: usize = 1 << 20;
 /// Datasets that are listed at most, and the depth of groups in which they are looked for.
 const MOST_DATASETS: usize = 1 << 12;
 const DEEPEST: usize = 16;
-
-/// Uncompressed bytes that one byte of a file may stand for, and bytes that every file may have.
-pub const BYTES_PER_BYTE: usize = 1032;
-pub const FREE_BYTES: usize = 1 << 20;
 
 /// Where the HDF5 file in `bytes` begins; none if it is none.
 pub fn start(bytes: &[u8]) -> Option<usize> {

@@ -4,11 +4,12 @@ use super::element::Element;
 use super::file::{File, attributes};
 use super::voxels;
 use crate::Result;
-use crate::volume::cf::{Attributes, Spaced};
+use crate::volume::cf::{Attributes, Spaced, with_spacing_notes};
 use crate::volume::layout::Layout;
+use crate::volume::levels::{fits, noted};
 use crate::volume::units::symbol;
 use crate::volume::{Overrides, Source};
-use fovol_core::{Contents, Volume, memory};
+use fovol_core::{Contents, Volume};
 use hdf5_reader::Dataset;
 
 /// Reads the chosen channel and time point in the finest level that fits in memory; none for other files.
@@ -24,11 +25,13 @@ pub fn parse(file: &File<'_>, overrides: &Overrides) -> Result<Option<Volume>> {
     }
     let time = overrides.time_of(source, times)?;
     let channel = overrides.channel_of(source, channels)?;
-    for level in 0..count(file, "/DataSet", "ResolutionLevel") {
+    let levels = count(file, "/DataSet", "ResolutionLevel");
+    let chosen = overrides.level_of(source, levels)?;
+    for level in chosen.map_or(0..levels, |level| level..level + 1) {
         let path = format!("/DataSet/ResolutionLevel {level}/TimePoint {time}/Channel {channel}");
         let Some(dataset) = file.dataset(&format!("{path}/Data"))? else { break };
         let next = format!("/DataSet/ResolutionLevel {}", level + 1);
-        if !fits(&dataset) && file.group(&next).is_some() {
+        if chosen.is_none() && !fits(length(&dataset)) && file.group(&next).is_some() {
             continue;
         }
         let contents = Contents {
@@ -36,10 +39,13 @@ pub fn parse(file: &File<'_>, overrides: &Overrides) -> Result<Option<Volume>> {
             time,
             channels: (0..channels).map(|index| channel_name(file, index)).collect(),
             channel,
+            levels,
+            level,
             ..Contents::default()
         };
         let image = Image::of(file, &path, &dataset)?;
-        return image.volume(file, &dataset, contents, level).map(Some);
+        let volume = image.volume(file, &dataset, contents)?;
+        return Ok(Some(noted(volume, level, chosen.is_some())));
     }
     Ok(None)
 }
@@ -80,7 +86,7 @@ impl Image {
         Ok(Self { dims, spaced })
     }
 
-    fn volume(&self, file: &File<'_>, dataset: &Dataset, contents: Contents, level: usize) -> Result<Volume> {
+    fn volume(&self, file: &File<'_>, dataset: &Dataset, contents: Contents) -> Result<Volume> {
         let source: &Source = file.source;
         let element = Element::of(dataset.dtype())
             .map_err(|problem| source.unsupported(format!("its values are {problem}")))?;
@@ -93,11 +99,7 @@ impl Image {
         let [x, y, z] = self.dims;
         let (bytes, start) = voxels::read(file, dataset, &element, &[0..z, 0..y, 0..x])?;
         let volume = layout.volume(source, bytes, start)?.with_format("Imaris").with_contents(contents);
-        let volume = super::with_spacing_notes(volume, self.spaced.as_ref(), &Overrides::default());
-        Ok(match level {
-            0 => volume,
-            _ => volume.with_note(format!("level {level} is shown: finer ones do not fit in memory")),
-        })
+        Ok(with_spacing_notes(volume, self.spaced.as_ref(), &Overrides::default()))
     }
 }
 
@@ -123,8 +125,7 @@ fn number(attributes: &Attributes, name: &str) -> Option<f64> {
     attributes.text(name)?.trim().parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// Whether `dataset` fits in the memory that is available, with room for what renders it.
-fn fits(dataset: &Dataset) -> bool {
-    let length = dataset.raw_byte_len().unwrap_or(usize::MAX) as u64;
-    memory::available().is_none_or(|available| length < available / 2)
+/// Bytes of the values of `dataset`.
+fn length(dataset: &Dataset) -> u64 {
+    dataset.raw_byte_len().unwrap_or(usize::MAX) as u64
 }

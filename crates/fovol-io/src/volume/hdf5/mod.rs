@@ -7,16 +7,18 @@ mod big_data_viewer;
 mod element;
 mod file;
 mod imaris;
+mod limits;
 mod lzf;
 mod packed;
 mod spacing;
 mod voxels;
 
 use super::array_axes::{ArrayAxes, likeliest};
-use super::cf::{Attributes, Described, Spaced, auxiliary, unpacked};
-use super::layout::{Layout, placed};
+use super::cf::{Attributes, Described, Spaced, auxiliary, stated_spacing, unpacked, with_spacing_notes};
+use super::layout::Layout;
 use super::{Overrides, Source};
 use crate::Result;
+pub use element::unsigned;
 use element::{Element, check_bits};
 use file::{File, Named, attributes};
 use fovol_core::{Contents, Dtype, Volume};
@@ -163,32 +165,7 @@ impl<'a> Candidate<'a> {
     }
 
     fn spaced(&self, axes: &ArrayAxes) -> Option<Spaced> {
-        spacing::of_attributes(&self.attributes).or_else(|| spacing::of_scales(&self.scales, axes))
-    }
-}
-
-/// The unsigned integer of the size of `dtype`.
-pub fn unsigned(dtype: Dtype) -> Dtype {
-    match dtype {
-        Dtype::I8 => Dtype::U8,
-        Dtype::I16 => Dtype::U16,
-        Dtype::I32 => Dtype::U32,
-        Dtype::I64 => Dtype::U64,
-        other => other,
-    }
-}
-
-/// `volume` with the unit of its spacing, and notes on assumptions about it unless the user sets it.
-pub fn with_spacing_notes(volume: Volume, spaced: Option<&Spaced>, overrides: &Overrides) -> Volume {
-    let said = overrides.spacing.is_some();
-    match spaced {
-        Some(spaced) => {
-            let volume = placed(volume, None, spaced.units.as_deref());
-            let notes = spaced.notes.iter().filter(|_| !said);
-            notes.fold(volume, |volume, note| volume.with_note(note.as_str()))
-        }
-        None if said => volume,
-        None => volume.with_note("it states no spacing, 1 is taken; --spacing X,Y,Z sets another"),
+        stated_spacing(&self.attributes).or_else(|| spacing::of_scales(&self.scales, axes))
     }
 }
 

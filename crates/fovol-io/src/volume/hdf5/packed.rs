@@ -1,6 +1,6 @@
 //! Filters of HDF5 that others have registered: LZ4 and Blosc.
 
-use super::file::{BYTES_PER_BYTE, FREE_BYTES};
+use super::limits::{BYTES_PER_BYTE, FREE_BYTES};
 use crate::volume::blosc;
 use hdf5_reader::error::{Error, Result};
 

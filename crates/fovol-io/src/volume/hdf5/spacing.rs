@@ -3,38 +3,11 @@
 use super::file::{File, Named, attributes};
 use crate::volume::array_axes::ArrayAxes;
 use crate::volume::cf::{Attribute, Attributes, Coordinate, Spaced};
-use crate::volume::units::symbol;
 use fovol_core::{Voxel, with_voxel_type};
 use hdf5_reader::Dataset;
 
-/// Attributes of three numbers that are spacings by convention.
-const NAMES: [&str; 6] = ["spacing", "voxel_size", "voxelsize", "voxel_spacing", "resolution", "pixel_size"];
-
 /// Longest axis whose coordinates are read.
 const LONGEST: usize = 1 << 16;
-
-/// Spacing by attributes of three numbers, z, y, x.
-pub fn of_attributes(found: &Attributes) -> Option<Spaced> {
-    if let Some(spacing) = triple(found, "element_size_um") {
-        return Some(Spaced { spacing, units: Some("µm".into()), notes: Vec::new() });
-    }
-    let (name, spacing) = NAMES.iter().find_map(|name| Some((name, triple(found, name)?)))?;
-    let [x, y, z] = spacing;
-    let units =
-        ["units", "unit", "spacing_units", "resolution_unit"].iter().find_map(|name| found.text(name));
-    let note = format!(
-        "its attribute `{name}` is read as the spacing along z, y, x: {z}, {y}, {x}; --spacing X,Y,Z sets another"
-    );
-    Some(Spaced { spacing, units: units.map(|name| symbol(name).to_owned()), notes: vec![note] })
-}
-
-/// The attribute `name` as a spacing along x, y, z.
-fn triple(found: &Attributes, name: &str) -> Option<[f64; 3]> {
-    match *found.numbers(name) {
-        [z, y, x] if [x, y, z].iter().all(|step| step.is_finite() && *step > 0.0) => Some([x, y, z]),
-        _ => None,
-    }
-}
 
 /// A dimension scale: the name of an axis, and its coordinates if it has any.
 #[derive(Clone)]

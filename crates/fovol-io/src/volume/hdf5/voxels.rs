@@ -1,7 +1,8 @@
 //! The values of a part of a dataset, mapped where they lie together in the file, else unpacked.
 
 use super::element::Element;
-use super::file::{BYTES_PER_BYTE, FREE_BYTES, File};
+use super::file::File;
+use super::limits::{BYTES_PER_BYTE, FREE_BYTES};
 use crate::{Error, Result};
 use bytemuck::TransparentWrapper;
 use fovol_core::memory::{self, Estimate};

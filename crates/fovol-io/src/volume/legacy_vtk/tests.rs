@@ -160,7 +160,11 @@ fn real_files() {
         let volume = volume.unwrap();
         assert_eq!((volume.grid().dims(), volume.value([1, 2, 2])), ([3, 4, 6], 40.0));
     }
-    for name in ["vtkio/rectilinear_grid.vtk", "vtkio/structured_grid.vtk", "vtk_data/brainImageSmooth.vtk"] {
+    if let Some(volume) = open("vtkio/rectilinear_grid.vtk") {
+        let volume = volume.unwrap();
+        assert_eq!((volume.grid().dims(), volume.grid().spacing()), ([2, 3, 1], [2.0, 1.0, 1.0]));
+    }
+    for name in ["vtkio/structured_grid.vtk", "vtk_data/brainImageSmooth.vtk"] {
         if let Some(refused) = open(name) {
             assert!(refused.unwrap_err().to_string().contains("only STRUCTURED_POINTS"), "{name}");
         }

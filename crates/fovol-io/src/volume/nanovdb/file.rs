@@ -59,14 +59,13 @@ pub fn entries(source: &Source) -> Result<Vec<Entry>> {
     if bytes[7] == b'1'
         || u32_at(bytes, 8).map(major) != Some(MAJOR) && u32_at(bytes, 16).map(major) == Some(MAJOR)
     {
-        return Ok(vec![bare(bytes).ok_or_else(|| super::damaged(source))?]);
+        return Ok(vec![bare(bytes).ok_or_else(|| source.damaged())?]);
     }
     let mut found = Vec::new();
     let mut at = 0;
     while at < bytes.len() {
-        let segment =
-            bytes.get(at..).filter(|rest| is_nanovdb(rest)).ok_or_else(|| super::damaged(source))?;
-        let version = u32_at(segment, 8).ok_or_else(|| super::damaged(source))?;
+        let segment = bytes.get(at..).filter(|rest| is_nanovdb(rest)).ok_or_else(|| source.damaged())?;
+        let version = u32_at(segment, 8).ok_or_else(|| source.damaged())?;
         if major(version) != MAJOR {
             return Err(source.unsupported(format!(
                 "it has version {}.{} of NanoVDB; version {MAJOR} is read, so write it again with nanovdb_convert",
@@ -74,7 +73,7 @@ pub fn entries(source: &Source) -> Result<Vec<Entry>> {
                 version >> 10 & 0x7FF
             )));
         }
-        at = segment_at(bytes, at, &mut found).ok_or_else(|| super::damaged(source))?;
+        at = segment_at(bytes, at, &mut found).ok_or_else(|| source.damaged())?;
     }
     Ok(found)
 }
@@ -124,7 +123,7 @@ impl Entry {
     /// # Errors
     /// Damage, codecs of Blosc that are not read, too little memory.
     pub fn bytes<'a>(&self, source: &'a Source) -> Result<Cow<'a, [u8]>> {
-        let damaged = || super::damaged(source);
+        let damaged = || source.damaged();
         let packed = source.bytes().get(self.start..self.start + self.packed).ok_or_else(damaged)?;
         match self.codec {
             Codec::Plain => Ok(packed.get(..self.length).ok_or_else(damaged)?.into()),
@@ -139,15 +138,15 @@ impl Entry {
     fn of_blosc(&self, source: &Source, mut packed: &[u8]) -> Result<Vec<u8>> {
         let mut out = Vec::new();
         while out.len() < self.length {
-            let (chunk, rest) = piece(packed).ok_or_else(|| super::damaged(source))?;
+            let (chunk, rest) = piece(packed).ok_or_else(|| source.damaged())?;
             let unpacked = blosc::unpacked(chunk, PIECE).map_err(|problem| match problem {
-                blosc::Problem::Damaged => super::damaged(source),
+                blosc::Problem::Damaged => source.damaged(),
                 blosc::Problem::Codec(name) => source.unsupported(format!(
                     "it is packed by Blosc with {name}, which is not read; write it with zip, or with Blosc's own LZ4"
                 )),
             })?;
             if unpacked.is_empty() {
-                return Err(super::damaged(source));
+                return Err(source.damaged());
             }
             out.extend_from_slice(&unpacked);
             packed = rest;

@@ -10,7 +10,7 @@ use super::active_box::{ActiveBox, LEVEL_SET};
 use super::affine::Affine;
 use super::arrays::{self, Candidate};
 use super::{Overrides, Source};
-use crate::{Error, Result};
+use crate::Result;
 pub use file::is_nanovdb;
 use file::{Entry, entries, u32_at, u64_at};
 use fovol_core::Volume;
@@ -59,11 +59,6 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     Ok(volume(source, &entries[index], kind)?.with_format(FORMAT).with_contents(contents))
 }
 
-/// The error for a file that is cut short or changed.
-fn damaged(source: &Source) -> Error {
-    source.malformed("it is damaged or cut short; copy or download it again")
-}
-
 /// Names of all grids. Those that have the same get a number in brackets.
 fn names(entries: &[Entry]) -> Vec<String> {
     let mut counts: HashMap<&str, usize> = HashMap::new();
@@ -83,10 +78,10 @@ fn names(entries: &[Entry]) -> Vec<String> {
 
 fn volume(source: &Source, entry: &Entry, kind: Kind) -> Result<Volume> {
     let bytes = entry.bytes(source)?;
-    let affine = affine(&bytes).ok_or_else(|| damaged(source))?;
-    let tree = Tree::parse(&bytes, kind).ok_or_else(|| damaged(source))?;
+    let affine = affine(&bytes).ok_or_else(|| source.damaged())?;
+    let tree = Tree::parse(&bytes, kind).ok_or_else(|| source.damaged())?;
     let mut filled = ActiveBox::new(source, tree.bounds, tree.background)?;
-    tree.fill(&mut filled).ok_or_else(|| damaged(source))?;
+    tree.fill(&mut filled).ok_or_else(|| source.damaged())?;
     let volume = filled.volume(source, kind.dtype, kind.components, affine)?;
     Ok(match u32_at(&bytes, CLASS) {
         Some(IS_LEVEL_SET) => volume.with_note(LEVEL_SET),

@@ -4,8 +4,8 @@ mod header;
 mod records;
 
 use super::array_axes::{ArrayAxes, likeliest};
-use super::cf::{Coordinate, Described, Spaced, auxiliary, unpacked};
-use super::hdf5::{unsigned, with_spacing_notes};
+use super::cf::{Coordinate, Described, Spaced, auxiliary, unpacked, with_spacing_notes};
+use super::hdf5::unsigned;
 use super::layout::Layout;
 use super::{Overrides, Source};
 use crate::Result;
@@ -46,7 +46,7 @@ fn is_minc(header: &Header) -> bool {
     names("rootvariable") || has_axis && names("image")
 }
 
-/// What a variable would be as a volume.
+/// A variable as a volume.
 struct Candidate {
     axes: std::result::Result<ArrayAxes, String>,
     /// Whether it holds bounds or coordinates of other variables.

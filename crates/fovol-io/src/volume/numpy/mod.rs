@@ -5,7 +5,6 @@
 mod fortran;
 mod header;
 mod npz;
-mod zip;
 
 use super::array_axes::ArrayAxes;
 use super::layout::Layout;

@@ -1,10 +1,10 @@
 //! `.npz`: zip archives of `.npy` files.
 
 use super::header::{self, Header};
-use super::zip::{Member, members};
 use super::{Array, remark};
 use crate::Result;
 use crate::volume::array_axes::{ArrayAxes, likeliest};
+use crate::volume::zip::{Member, members};
 use crate::volume::{Overrides, Source};
 use fovol_core::{Contents, Volume};
 

@@ -2,7 +2,7 @@
 
 use super::directories::Reader;
 use super::hyperstack::{Hyperstack, Resolution};
-use super::{imagej, ome, shaped};
+use super::{imagej, imagej_displays, ome, shaped};
 use crate::Result;
 use crate::volume::Source;
 
@@ -30,7 +30,8 @@ pub fn arrangement(source: &Source) -> Result<Hyperstack> {
     let unit = reader.value(first, RESOLUTION_UNIT).unwrap_or(2.0);
     let resolution = Resolution { pitch, unit };
     let said = if text.starts_with("ImageJ=") {
-        imagej::hyperstack(&text, pages, source.bytes().len(), resolution)
+        let stack = imagej::hyperstack(&text, pages, source.bytes().len(), resolution);
+        Hyperstack { displays: imagej_displays::displays(&reader, first), ..stack }
     } else if text.contains("<OME") || text.contains(":OME") {
         ome::hyperstack(source, &text, pages)?
     } else {

@@ -172,6 +172,12 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// The bytes of `tag` as they are.
+    pub fn raw(&self, directory: usize, tag: usize) -> Option<&'a [u8]> {
+        let Values { at, kind, count } = self.values(directory, tag)?;
+        self.bytes.get(at..at.checked_add(count.checked_mul(size_of_type(kind))?)?)
+    }
+
     /// The text of `tag`, up to its first null byte.
     pub fn text(&self, directory: usize, tag: usize) -> Option<String> {
         let Values { at, count, .. } = self.values(directory, tag)?;

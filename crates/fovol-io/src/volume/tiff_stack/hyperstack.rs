@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::volume::units::symbol;
 use crate::volume::{Overrides, Source};
-use fovol_core::Contents;
+use fovol_core::{ChannelDisplay, Contents};
 
 /// The numbers of slices, channels and time points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,6 +64,8 @@ pub struct Hyperstack {
     pub pages: Vec<Option<usize>>,
     /// The names of the channels.
     pub names: Vec<String>,
+    /// How the file asks to show each channel; empty where it says nothing.
+    pub displays: Vec<ChannelDisplay>,
     /// The voxel spacing along x, y, z, as far as the file states it.
     pub spacing: [Option<f64>; 3],
     /// The unit of the spacing.
@@ -90,6 +92,7 @@ impl Hyperstack {
             counts: Counts::slices(pages),
             pages: (0..pages).map(Some).collect(),
             names: Vec::new(),
+            displays: Vec::new(),
             spacing: [None; 3],
             units: None,
             is_one_page: false,
@@ -161,8 +164,22 @@ impl Hyperstack {
         let names = if channels > 1 { self.channel_names() } else { Vec::new() };
         Ok(Chosen {
             pages,
-            contents: Contents { channels: names, channel, times, time, ..Contents::default() },
+            contents: Contents {
+                channels: names,
+                displays: self.channel_displays(),
+                channel,
+                times,
+                time,
+                ..Contents::default()
+            },
         })
+    }
+
+    fn channel_displays(&self) -> Vec<ChannelDisplay> {
+        if self.displays.iter().all(|display| *display == ChannelDisplay::default()) {
+            return Vec::new();
+        }
+        (0..self.counts.channels).map(|c| self.displays.get(c).copied().unwrap_or_default()).collect()
     }
 
     fn channel_names(&self) -> Vec<String> {

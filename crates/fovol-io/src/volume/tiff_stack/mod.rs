@@ -4,12 +4,14 @@ mod arrangement;
 mod directories;
 mod hyperstack;
 mod imagej;
+mod imagej_displays;
 mod ome;
 mod one_page;
 mod pages;
 mod shaped;
 mod slices;
 
+use super::channel_window::windowed;
 use super::layout::{Layout, placed};
 use super::{Overrides, Source};
 use crate::{Error, Result, natural_order};
@@ -44,6 +46,7 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
         }
     };
     let volume = placed(volume, None, hyperstack.units());
+    let volume = windowed(volume);
     let volume = hyperstack.notes.iter().fold(volume, |volume, note| volume.with_note(note.as_str()));
     Ok(match is_inverted {
         true => volume.with_note("says that zero is white; values are shown as they are stored"),

@@ -4,6 +4,8 @@
 use super::hyperstack::{Counts, Hyperstack};
 use crate::Result;
 use crate::volume::Source;
+use crate::volume::units::{metres, symbol};
+use fovol_core::ChannelDisplay;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 use std::collections::BTreeMap;
@@ -117,6 +119,8 @@ impl Pixels {
             }
         }
         self.place(&mut stack);
+        stack.names = self.channels.iter().map(|c| c.get("Name").cloned().unwrap_or_default()).collect();
+        stack.displays = self.channels.iter().map(display).collect();
         if found.images > 1 {
             stack.notes.push(format!("has {} images, the first is shown", found.images));
         }
@@ -165,7 +169,7 @@ impl Pixels {
         self.blocks.first().and_then(|block| block.file.as_deref())
     }
 
-    /// Takes over distances, unit and names of channels.
+    /// Takes over distances and their unit.
     fn place(&self, stack: &mut Hyperstack) {
         const AXES: [&str; 3] = ["X", "Y", "Z"];
         let size = |axis: &str| -> Option<f64> {
@@ -179,7 +183,7 @@ impl Pixels {
         };
         for (axis, size) in AXES.into_iter().zip(sizes) {
             // All sides in the unit of the first.
-            let scale = match (metres(unit(axis)), metres(lead)) {
+            let scale = match (metres(symbol(unit(axis))), metres(symbol(lead))) {
                 (Some(own), Some(lead)) => own / lead,
                 _ => 1.0,
             };
@@ -194,27 +198,23 @@ impl Pixels {
             );
         }
         stack.units = Some(lead.to_owned());
-        stack.names = self.channels.iter().map(|c| c.get("Name").cloned().unwrap_or_default()).collect();
     }
+}
+
+/// How a channel is shown: its colour is a signed number of the bytes red, green, blue and opacity.
+fn display(channel: &Attributes) -> ChannelDisplay {
+    let number = channel.get("Color").and_then(|text| text.trim().parse::<i64>().ok());
+    let colour = number.map(|number| {
+        let [red, green, blue, _] = (number as u32).to_be_bytes();
+        [red, green, blue]
+    });
+    ChannelDisplay { colour, ..ChannelDisplay::default() }
 }
 
 /// Slice, channel and time point of all planes in the order Z, C, T.
 fn positions(counts: &Counts) -> impl Iterator<Item = [usize; 3]> {
     let Counts { slices, channels, times } = *counts;
     (0..times).flat_map(move |t| (0..channels).flat_map(move |c| (0..slices).map(move |z| [z, c, t])))
-}
-
-/// The length of a unit in metres, if it is one of OME's metric units.
-fn metres(unit: &str) -> Option<f64> {
-    Some(match unit {
-        "m" => 1.0,
-        "cm" => 1e-2,
-        "mm" => 1e-3,
-        "µm" | "\u{3bc}m" | "um" => 1e-6,
-        "nm" => 1e-9,
-        "Å" => 1e-10,
-        _ => return None,
-    })
 }
 
 #[cfg(test)]
@@ -254,10 +254,11 @@ mod tests {
         let said = format!(
             r#"{SIZES} PhysicalSizeX="0.5" PhysicalSizeY="0.5" PhysicalSizeZ="2000" PhysicalSizeZUnit="nm""#
         );
-        let channels = r#"<Channel Name="DAPI" SamplesPerPixel="1"/><Channel Name="GFP"/>"#;
+        let channels = r#"<Channel Name="DAPI" SamplesPerPixel="1" Color="-16776961"/><Channel Name="GFP"/>"#;
         let stack = stack(&said, channels, 6).unwrap();
         assert_eq!((stack.spacing(), stack.units()), ([0.5, 0.5, 2.0], Some("µm")));
         assert_eq!(stack.names, ["DAPI", "GFP"]);
+        assert_eq!([0, 1].map(|channel| stack.displays[channel].colour), [Some([255, 0, 0]), None]);
     }
 
     #[test]

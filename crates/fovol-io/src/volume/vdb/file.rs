@@ -1,7 +1,6 @@
 //! The head of a file, and the list of its grids.
 
 use super::cursor::Cursor;
-use super::damaged;
 use crate::Result;
 use crate::volume::Source;
 
@@ -42,13 +41,13 @@ impl<'a> Head<'a> {
         let mut cursor = Cursor::at(bytes, MAGIC.len() as u64)
             .filter(|_| is_vdb(bytes))
             .ok_or_else(|| source.malformed("it does not begin like an OpenVDB file; is the name right?"))?;
-        let version = cursor.u32().ok_or_else(|| damaged(source))?;
+        let version = cursor.u32().ok_or_else(|| source.damaged())?;
         if !VERSIONS.contains(&version) {
             return Err(source.unsupported(format!(
                 "it has version {version} of OpenVDB's files; versions 222 to 224 are read, so load and save it with another OpenVDB"
             )));
         }
-        Self::rest(cursor).ok_or_else(|| damaged(source))
+        Self::rest(cursor).ok_or_else(|| source.damaged())
     }
 
     fn rest(mut cursor: Cursor<'a>) -> Option<Self> {

@@ -42,11 +42,6 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     Ok(file.grids[index].volume(&file, &names[index])?.with_format(FORMAT).with_contents(contents))
 }
 
-/// The error for a file that is cut short or changed.
-fn damaged(source: &Source) -> Error {
-    source.malformed("it is damaged or cut short; copy or download it again")
-}
-
 /// An open file.
 struct File<'a> {
     source: &'a Source,
@@ -67,13 +62,13 @@ impl<'a> File<'a> {
         let mut cursor = head.cursor;
         let mut file = Self { source, grids: Vec::new() };
         for _ in 0..head.grids {
-            let entry = Entry::parse(&mut cursor).ok_or_else(|| damaged(source))?;
+            let entry = Entry::parse(&mut cursor).ok_or_else(|| source.damaged())?;
             let kind = Kind::of(&entry.kind);
             let start = if head.has_offsets { entry.start } else { cursor.place() };
             let end = entry.end;
             let grid = Grid { entry, start, kind };
             cursor = match head.has_offsets {
-                true => Cursor::at(source.bytes(), end).ok_or_else(|| damaged(source))?,
+                true => Cursor::at(source.bytes(), end).ok_or_else(|| source.damaged())?,
                 false => grid.passed(source)?,
             };
             file.grids.push(grid);
@@ -112,7 +107,7 @@ impl Grid {
 
     /// Reads the grid only to find where it ends.
     fn passed<'a>(&self, source: &'a Source) -> Result<Cursor<'a>> {
-        let opened = self.opened(source).ok_or_else(|| damaged(source))?;
+        let opened = self.opened(source).ok_or_else(|| source.damaged())?;
         let unread = |problem: String| {
             let name = self.entry.name();
             source.unsupported(format!("its grid `{name}` {problem}, and others cannot be found behind it"))
@@ -132,14 +127,14 @@ impl Grid {
         let source = file.source;
         let refused = |problem: &str| source.unsupported(format!("its grid `{name}` {problem}"));
         let kind = self.kind.as_ref().map_err(|problem| refused(problem))?;
-        let opened = self.opened(source).ok_or_else(|| damaged(source))?;
+        let opened = self.opened(source).ok_or_else(|| source.damaged())?;
         let affine = opened.transform.map_err(|name| refused(&of_transform(&name)))?;
         let mut cursor = opened.cursor;
         let mut packing = opened.packing;
         if !self.entry.parent.is_empty() {
             let owner = file.grids.iter().find(|grid| grid.entry.unique_name == self.entry.parent);
             let owner = owner.filter(|owner| owner.entry.parent.is_empty() && owner.kind == self.kind);
-            let owner = owner.and_then(|owner| owner.opened(source)).ok_or_else(|| damaged(source))?;
+            let owner = owner.and_then(|owner| owner.opened(source)).ok_or_else(|| source.damaged())?;
             owner.transform.map_err(|name| refused(&of_transform(&name)))?;
             (cursor, packing) = (owner.cursor, owner.packing);
         }
@@ -162,7 +157,7 @@ fn of_transform(name: &str) -> String {
 /// The error for `problem`.
 fn failed(source: &Source, problem: Problem) -> Error {
     match problem {
-        Problem::Damaged => damaged(source),
+        Problem::Damaged => source.damaged(),
         Problem::Codec(name) => source.unsupported(format!(
             "it is packed by Blosc with {name}, which is not read; save it with zlib, or with Blosc's own LZ4"
         )),

@@ -4,18 +4,19 @@ mod arrays;
 mod base64;
 mod document;
 mod pieces;
+mod values;
 mod write;
 mod xml;
 
 use super::affine::Affine;
 use super::layout::{Layout, placed, spacing_of};
 use super::rectilinear::Coordinates;
-use super::{Overrides, Source, numbers};
+use super::{Overrides, Source};
 use crate::Result;
-use document::{Array, Data, Document, Kind};
-use fovol_core::{Endian, Grid, Placement, Space, Volume, VoxelBytes};
+use document::{Document, Kind};
+use fovol_core::{Grid, Placement, Space, Volume};
 use glam::DVec3;
-use std::sync::Arc;
+use values::values;
 pub use write::write;
 
 /// How far into a file its first element is looked for: comments may come before.
@@ -75,27 +76,6 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
     let volume = volume.with_format("VTK XML image data");
     let placement = placement(source, &document, shown.is_of_cells, volume.grid())?;
     Ok(placed(volume, placement, None))
-}
-
-/// The values of `array` in `layout`, but for the byte order, which the file says.
-fn values(source: &Source, document: &Document<'_>, array: &Array<'_>, mut layout: Layout) -> Result<Volume> {
-    layout.endian = document.coding.endian;
-    let needed = layout.length(source)?;
-    let (bytes, offset): (VoxelBytes, usize) = match array.data {
-        Data::Ascii(text) => {
-            layout.endian = Endian::Little;
-            let values = layout.values(source)?;
-            (Arc::new(numbers::decimal(source, text.as_bytes(), layout.dtype, values)?), 0)
-        }
-        Data::Inline(text) => (Arc::new(arrays::inline(source, document.coding, text, needed)?), 0),
-        Data::Appended(offset) => {
-            let appended = document
-                .appended
-                .ok_or_else(|| source.malformed("its AppendedData is missing; is the file cut short?"))?;
-            arrays::appended(source, document.coding, appended, offset, needed)?
-        }
-    };
-    layout.volume(source, bytes, offset)
 }
 
 /// The positions of `points` along each axis.

@@ -1,7 +1,8 @@
 //! An image whose pieces are in other files.
 
 use super::document::{Document, Extent, Kind, Shown, points};
-use super::{values, xml};
+use super::values::values;
+use super::xml;
 use crate::volume::Source;
 use crate::volume::layout::Layout;
 use crate::{Error, Result};

@@ -37,9 +37,8 @@ struct Gathered {
     shadow: [f32; 3],
     /// The number of the step that took opacity past one half; negative before.
     half_at: f32,
-    /// The middle of the ray's first step, and one step.
-    start: [f32; 3],
-    delta: [f32; 3],
+    /// How far the middle of the ray's first step is from its origin, in world units.
+    first: f32,
     /// The noise that places few shadow rays, 0…1.
     offset: f32,
 }
@@ -97,7 +96,6 @@ impl<T: Texel> FineKernel<'_, T> {
         scratch: &mut FineScratch,
         out: &mut Vec<RayResult>,
     ) -> SampleCount {
-        let eye = self.kernel.segments.in_voxels(rays.origin());
         let mut count = SampleCount::default();
         let chunks = pixels.len().div_ceil(V::N);
         for (number, pixels) in pixels.chunks(V::N).enumerate() {
@@ -114,7 +112,7 @@ impl<T: Texel> FineKernel<'_, T> {
             count.primary += self.primary(zero, scratch);
             let is_last = number + 1 == chunks;
             if is_last || scratch.pool.is_empty() || scratch.pool.len() >= ENOUGH {
-                count.shadow += self.finish(zero, eye, scratch, out);
+                count.shadow += self.finish(zero, scratch, out);
             }
         }
         count
@@ -280,13 +278,7 @@ impl<T: Texel> FineKernel<'_, T> {
 
     /// Finds the light at the waiting nodes and appends the colours of all gathered rays to `out`.
     #[inline(always)]
-    fn finish<V: SimdF32>(
-        &self,
-        zero: V,
-        eye: [f32; 3],
-        scratch: &mut FineScratch,
-        out: &mut Vec<RayResult>,
-    ) -> u64 {
+    fn finish<V: SimdF32>(&self, zero: V, scratch: &mut FineScratch, out: &mut Vec<RayResult>) -> u64 {
         if let Lighting::Rays(_, Some(few)) = &self.kernel.lighting {
             self.choose(zero, few, scratch);
         }
@@ -309,7 +301,7 @@ impl<T: Texel> FineKernel<'_, T> {
         out.reserve(places.len());
         for place in places.iter() {
             out.push(match gathered.get(*place as usize) {
-                Some(ray) => self.marched(zero, eye, ray),
+                Some(ray) => self.marched(zero, ray),
                 None => RayResult::nothing(self.kernel.background),
             });
         }
@@ -330,9 +322,9 @@ impl<T: Texel> FineKernel<'_, T> {
         blocks.clear();
     }
 
-    /// The result of a finished ray from its sums; `eye` in voxel-centre coordinates.
+    /// The result of a finished ray from its sums.
     #[inline(always)]
-    fn marched<V: SimdF32>(&self, zero: V, eye: [f32; 3], ray: &Gathered) -> RayResult {
+    fn marched<V: SimdF32>(&self, zero: V, ray: &Gathered) -> RayResult {
         let background = self.kernel.background;
         let [r, g, b, opacity, numbers] = &ray.sums;
         let whole = zero.load(opacity).sum();
@@ -350,7 +342,7 @@ impl<T: Texel> FineKernel<'_, T> {
         }
         let mean = zero.load(numbers).sum() / whole;
         let number = if ray.half_at < 0.0 { mean } else { ray.half_at };
-        let depth = self.kernel.segments.distance(eye, ray.start, ray.delta, number);
+        let depth = self.kernel.segments.distance(ray.first, number);
         RayResult { colour, unshadowed, opacity: 1.0 - left, depth }
     }
 
@@ -375,8 +367,7 @@ fn place(place: &mut u32, gathered: &mut Vec<Gathered>, packet: &Packet, lane: u
             sums: [[0.0; MOST_LANES]; 5],
             shadow: [0.0; 3],
             half_at: -1.0,
-            start: [packet.start[0].0[lane], packet.start[1].0[lane], packet.start[2].0[lane]],
-            delta: [packet.delta[0].0[lane], packet.delta[1].0[lane], packet.delta[2].0[lane]],
+            first: packet.distance.0[lane],
             offset: packet.offset.0[lane],
         });
     }

@@ -113,7 +113,7 @@ impl March<'_> {
         let colour = std::array::from_fn(|c| colour[c] / whole + left * self.background[c] as f32);
         let unshadowed = unshadowed.map(|sum| sum / whole);
         let number = half_at.unwrap_or(weighted_number / opacity);
-        let depth = segments.distance(segments.in_voxels(ray.origin), segment.start, segment.delta, number);
+        let depth = segments.distance(segment.distance, number);
         RayResult { colour, unshadowed, opacity: 1.0 - left, depth }
     }
 

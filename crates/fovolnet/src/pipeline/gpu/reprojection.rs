@@ -1,7 +1,7 @@
 //! Reprojections as shaders read them.
 
 use bytemuck::{Pod, Zeroable};
-use fovol_core::{Camera, FrameSize, Reprojection};
+use fovol_core::{Camera, FrameSize, Projection, Reprojection};
 use fovol_gpu::Gpu;
 use wgpu::BufferUsages;
 
@@ -22,7 +22,8 @@ impl ReprojectionUniforms {
     /// From pixels of frames of `size` seen by `from` to those seen by `to`.
     pub fn new(from: &Camera, to: &Camera, size: FrameSize) -> Self {
         let reprojection = Reprojection::new(from, to, size);
-        let [a, b, c, d, e, f, parallax] = reprojection.coefficients().map(|v| [v.x, v.y, v.z, 0.0]);
+        let parallel = f32::from(reprojection.projection() == Projection::Orthographic);
+        let [a, b, c, d, e, f, parallax] = reprojection.coefficients().map(|v| [v.x, v.y, v.z, parallel]);
         let [half_width, half_height] = reprojection.half_extent();
         Self {
             base: [a, b, c],

@@ -90,6 +90,12 @@ impl Member {
         Some((member, end))
     }
 
+    /// Its bytes, unpacked.
+    #[cfg(feature = "zarr")]
+    pub fn length(&self) -> usize {
+        if self.method == 0 { self.packed } else { self.length }
+    }
+
     /// The first `count` bytes at most, for a look at its header.
     ///
     /// # Errors
@@ -127,7 +133,7 @@ impl Member {
     fn data<'a>(&self, source: &'a Source) -> Result<(&'a [u8], usize)> {
         if self.is_encrypted || !matches!(self.method, 0 | 8) {
             return Err(source.unsupported(format!(
-                "`{}` in it is encrypted or packed by a method that is not read; save it with numpy.savez",
+                "`{}` in it is encrypted or packed by a method that is not read; pack it with deflate or not at all",
                 self.name
             )));
         }

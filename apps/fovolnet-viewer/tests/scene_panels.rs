@@ -1,0 +1,86 @@
+//! Panels that choose what of a volume is shown: mode, projection, planes, the parts of a file, and the window of values.
+
+mod harness;
+
+use eframe::egui::accesskit::Role;
+use egui_kittest::kittest::Queryable;
+use fovolnet::core::Projection;
+use fovolnet::{Mode, VolumeSettings};
+use harness::{Window, click, opened, settle, until, viewer, window, window_reading};
+
+/// Clicks the control `label`, which may lie below the visible part of the panels.
+fn press(window: &mut Window, label: &str) {
+    window.get_by_label(label).scroll_to_me();
+    for _ in 0..3 {
+        window.step();
+    }
+    click(window, label);
+}
+
+/// Chooses `name` of the list `label`.
+fn choose(window: &mut Window, label: &str, name: &str) {
+    window.get_by_role_and_label(Role::ComboBox, label).scroll_to_me();
+    settle(window);
+    window.get_by_role_and_label(Role::ComboBox, label).click();
+    for _ in 0..3 {
+        window.step();
+    }
+    click(window, name);
+    settle(window);
+}
+
+#[test]
+fn modes_and_projections_are_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    choose(&mut window, "Mode", "isosurface");
+    assert_eq!(opened(&window).document.settings().mode(), Mode::Isosurface);
+    assert_eq!(viewer(&window).shown().unwrap().settings.mode, Mode::Isosurface);
+    choose(&mut window, "Mode", "greatest value (MIP)");
+    assert_eq!(opened(&window).document.settings().mode(), Mode::Mip);
+    choose(&mut window, "Mode", "composite");
+    assert_eq!(opened(&window).document.settings().mode, None);
+    press(&mut window, "orthographic");
+    settle(&mut window);
+    assert_eq!(opened(&window).camera().projection, Projection::Orthographic);
+    assert_eq!(viewer(&window).shown().unwrap().camera.projection, Projection::Orthographic);
+}
+
+#[test]
+fn planes_are_added_flipped_and_removed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    press(&mut window, "Clipping");
+    press(&mut window, "Add a plane");
+    settle(&mut window);
+    let plane = opened(&window).document.settings().clip_plane.clone().unwrap()[0];
+    let (forward, ..) = opened(&window).camera().axes();
+    assert!((forward.x - plane[0]).abs() < 1e-9 && plane[3] == 0.0, "it faces the eye");
+    assert_eq!(viewer(&window).shown().unwrap().settings.planes.as_slice().len(), 1);
+    press(&mut window, "Flip");
+    settle(&mut window);
+    assert_eq!(opened(&window).document.settings().clip_plane.clone().unwrap()[0], plane.map(|x| -x));
+    press(&mut window, "Remove");
+    settle(&mut window);
+    assert_eq!(opened(&window).document.settings().clip_plane, None);
+}
+
+#[test]
+fn arrays_of_a_file_are_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let head = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 4 4 4\nORIGIN 0 0 0\nSPACING 1 1 1\nPOINT_DATA 64\n";
+    let array = |name: &str, times: usize| {
+        let values: Vec<String> = (0..64).map(|i| (i * times % 251).to_string()).collect();
+        format!("SCALARS {name} unsigned_char 1\nLOOKUP_TABLE default\n{}\n", values.join(" "))
+    };
+    let path = folder.path().join("two.vtk");
+    std::fs::write(&path, [head, &array("density", 3), &array("speed", 7)].concat()).unwrap();
+    let mut window = window_reading(path.to_str(), VolumeSettings::default(), folder.path());
+    choose(&mut window, "Array", "speed");
+    until(&mut window, "the other array", |viewer| {
+        viewer.opened().is_some_and(|opened| opened.volume.volume.contents().array == 1)
+    });
+    settle(&mut window);
+    assert_eq!(opened(&window).document.session().read.array.as_deref(), Some("speed"));
+    assert_eq!(opened(&window).volume.volume.value([1, 0, 0]), 7.0);
+}
