@@ -9,9 +9,12 @@ use fovol_core::{Dtype, Space, Volume};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Bytes that one byte of a file may stand for in its box, and bytes that every file may have: few leaves may lie far apart.
-const BYTES_PER_BYTE: usize = 8 << 10;
-const FREE_BYTES: usize = 256 << 20;
+/// Voxels of a box that each leaf or active tile in it justifies, and bytes that every box may have: leaves may lie far apart.
+const VOXELS_PER_LEAF: u64 = 1 << 18;
+const FREE_BYTES: u64 = 256 << 20;
+
+/// A tile justifies its own voxels, but no more than these: it costs a bit in the file.
+const MOST_VOXELS_PER_TILE: u64 = 1 << 21;
 
 /// Advice for boxes that do not fit in memory.
 const ADVICE: &str = "resample it to larger voxels or cut it, by -resample or -clip of vdb_tool or VDB Resample of Houdini for one";
@@ -23,6 +26,8 @@ pub const LEVEL_SET: &str =
 /// First and last active voxel along each axis. Nothing is active at first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Bounds {
+    /// Voxels that a box may have for all that was added.
+    justified: u64,
     /// The lowest indices.
     pub first: [i64; 3],
     /// The highest indices.
@@ -31,21 +36,33 @@ pub struct Bounds {
 
 impl Default for Bounds {
     fn default() -> Self {
-        Self { first: [i64::MAX; 3], last: [i64::MIN; 3] }
+        Self { justified: 0, first: [i64::MAX; 3], last: [i64::MIN; 3] }
     }
 }
 
 impl Bounds {
+    /// Adds the active tile of `side` voxels that begins at `origin`.
+    pub fn add_tile(&mut self, origin: [i64; 3], side: i64) {
+        let voxels = side.unsigned_abs().saturating_pow(3);
+        self.justify(voxels.clamp(VOXELS_PER_LEAF, MOST_VOXELS_PER_TILE));
+        self.add(origin, side);
+    }
+
+    fn justify(&mut self, voxels: u64) {
+        self.justified = self.justified.saturating_add(voxels);
+    }
+
     /// Adds the cube of `side` voxels that begins at `origin`.
-    pub fn add(&mut self, origin: [i64; 3], side: i64) {
+    fn add(&mut self, origin: [i64; 3], side: i64) {
         for axis in 0..3 {
             self.first[axis] = self.first[axis].min(origin[axis]);
             self.last[axis] = self.last[axis].max(origin[axis] + side - 1);
         }
     }
 
-    /// Adds the voxels of `mask` that are on, in a cube of `side` voxels at `origin`, z fastest.
-    pub fn add_mask(&mut self, origin: [i64; 3], side: i64, mask: &[u8]) {
+    /// Adds the voxels of `mask` that are on, in a leaf of `side` voxels at `origin`, z fastest.
+    pub fn add_leaf(&mut self, origin: [i64; 3], side: i64, mask: &[u8]) {
+        self.justify(VOXELS_PER_LEAF);
         for index in on_bits(mask) {
             let index = index as i64;
             let [x, y, z] = [index / (side * side), index / side % side, index % side];
@@ -97,8 +114,8 @@ impl ActiveBox {
         })?;
         let size = background.len();
         let length = dims.iter().try_fold(size, |length, &dim| length.checked_mul(dim));
-        let justified = source.bytes().len().saturating_mul(BYTES_PER_BYTE).saturating_add(FREE_BYTES);
-        let length = length.filter(|&length| length <= justified).ok_or_else(|| {
+        let justified = bounds.justified.saturating_mul(size as u64).saturating_add(FREE_BYTES);
+        let length = length.filter(|&length| length as u64 <= justified).ok_or_else(|| {
             let [x, y, z] = dims;
             source.unsupported(format!(
                 "the box of its active voxels is {x}x{y}x{z} large and almost empty; {ADVICE}"
@@ -211,7 +228,7 @@ mod tests {
     #[test]
     fn masks_have_z_fastest() {
         let mut bounds = Bounds::default();
-        bounds.add_mask([8, 0, 0], 2, &[0b1000_0010]);
+        bounds.add_leaf([8, 0, 0], 2, &[0b1000_0010]);
         assert_eq!((bounds.first, bounds.last), ([8, 0, 1], [9, 1, 1]));
     }
 

@@ -80,7 +80,7 @@ impl<'a> Tree<'a> {
 
     fn tile(&mut self, origin: [i64; 3], side: i64, value: &'a [u8], is_active: bool) {
         if is_active {
-            self.bounds.add(origin, side);
+            self.bounds.add_tile(origin, side);
         }
         if value != self.background {
             self.tiles.push(Tile { origin, side, value });
@@ -94,7 +94,7 @@ impl<'a> Tree<'a> {
         if below.is_empty() {
             self.left = self.left.checked_sub(self.kind.leaf())?;
             let mask = bytes.get(at.checked_add(LEAF_MASK)?..)?.get(..64)?;
-            self.bounds.add_mask(origin, 8, mask);
+            self.bounds.add_leaf(origin, 8, mask);
             self.leaves.push(Leaf { origin, at });
             return Some(());
         }

@@ -103,9 +103,7 @@ impl Kind {
         for part in negated.chunks_exact_mut(dtype.size()) {
             match dtype {
                 // The sign is the highest bit of the last byte.
-                Dtype::F16 | Dtype::F32 | Dtype::F64 => {
-                    part.iter_mut().last().into_iter().for_each(|byte| *byte ^= 0x80)
-                }
+                Dtype::F16 | Dtype::F32 | Dtype::F64 => part[dtype.size() - 1] ^= 0x80,
                 Dtype::U8 => part.iter_mut().for_each(|byte| *byte = u8::from(*byte == 0)),
                 _ => negate(part),
             }

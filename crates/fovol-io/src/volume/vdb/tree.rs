@@ -75,7 +75,7 @@ impl<'a> Tree<'a> {
 
     fn tile(&mut self, origin: [i64; 3], side: i64, value: &[u8], is_active: bool) {
         if is_active {
-            self.bounds.add(origin, side);
+            self.bounds.add_tile(origin, side);
         }
         if value != self.arrays.background {
             self.tiles.push(Tile { origin, side, value: value.to_vec() });
@@ -89,7 +89,7 @@ impl<'a> Tree<'a> {
         let mut mask = || cursor.take(count / 8).ok_or(Problem::Damaged);
         let first = mask()?;
         if below.is_empty() {
-            self.bounds.add_mask(origin, 1 << level, first);
+            self.bounds.add_leaf(origin, 1 << level, first);
             self.leaves.push(origin);
             return Ok(());
         }
