@@ -199,7 +199,7 @@ fn no_limit_however_tight_is_more_than_one_line() {
     let line = "render head --dims 48,48,48 --size 320x200 --frames 2 --device cpu -o out";
     let mut succeeded = false;
     // With less than the first value the system cannot even load the program.
-    for kilobytes in (48_000..160_000).step_by(2_000) {
+    for kilobytes in (64_000..176_000).step_by(2_000) {
         let output = within(kilobytes, folder.path(), line);
         succeeded |= output.status.success();
         if !output.status.success() {

@@ -45,7 +45,7 @@ struct Arguments {
     screenshot: Option<PathBuf>,
     /// Size of the window in points
     #[arg(long, value_name = "WxH", default_value = "1280x800")]
-    window: FrameSize,
+    window_size: FrameSize,
     /// Pixels per point: 2 makes everything twice as large
     #[arg(long, value_name = "F", value_parser = clap::value_parser!(f32))]
     scale: Option<f32>,
@@ -170,7 +170,7 @@ fn write(path: &Path, picture: &ColorImage) -> Result<()> {
 }
 
 fn run(arguments: Arguments) -> Result<()> {
-    let [width, height] = <[u32; 2]>::from(arguments.window).map(|side| side as f32);
+    let [width, height] = <[u32; 2]>::from(arguments.window_size).map(|side| side as f32);
     let mut options = eframe::NativeOptions {
         viewport: ViewportBuilder::default()
             .with_title("FoVolNet")

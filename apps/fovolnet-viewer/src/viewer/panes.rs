@@ -65,10 +65,6 @@ impl Viewer {
         let mut read = None;
         let Some(opened) = &mut self.opened else { return };
         let section = |name: &str| CollapsingHeader::new(name).default_open(true);
-        let has_parts = panels::has_parts(&opened.volume.volume, opened.series());
-        CollapsingHeader::new("Data").default_open(has_parts).show(ui, |ui| {
-            read = panels::data(ui, &opened.document.session().read, &opened.volume, opened.series());
-        });
         section("Transfer function").show(ui, |ui| {
             ui.horizontal(|ui| {
                 let current = opened.document.settings().tf.clone().unwrap_or_default();
@@ -92,10 +88,16 @@ impl Viewer {
         section("View").show(ui, |ui| {
             let has_placement = opened.volume.volume.placement().is_some();
             panels::standing(ui, opened.document.settings_mut(), has_placement);
-            panels::projection(ui, opened.document.settings_mut());
-            panels::mode(ui, opened.document.settings_mut(), opened.volume.volume.range());
         });
         section("Light").show(ui, |ui| panels::scene(ui, opened.document.settings_mut()));
+        section("Mode").show(ui, |ui| {
+            panels::mode(ui, opened.document.settings_mut(), opened.volume.volume.range());
+            panels::projection(ui, opened.document.settings_mut());
+        });
+        let has_parts = panels::has_parts(&opened.volume.volume, opened.series());
+        CollapsingHeader::new("Data").default_open(has_parts).show(ui, |ui| {
+            read = panels::data(ui, &opened.document.session().read, &opened.volume, opened.series());
+        });
         CollapsingHeader::new("Clipping").show(ui, |ui| {
             panels::cropping(ui, opened.document.settings_mut(), opened.volume.volume.grid().dims());
             let camera = opened.camera();
