@@ -27,8 +27,12 @@ const Z: [&str; 10] =
 const TIME: [&str; 4] = ["t", "time", "times", "frame"];
 const CHANNEL: [&str; 4] = ["c", "channel", "channels", "band"];
 
+/// Most channels of an image.
+const MOST_CHANNELS: usize = 1 << 16;
+
 impl Axes {
-    /// The axes of an array of this `shape` by their `names`, as far as these are known. Others must have one value.
+    /// The axes of an array of this `shape` by their `names`, one for each, as far as these are known. Others must have
+    /// one value.
     ///
     /// # Errors
     /// An axis that has no place in a volume.
@@ -50,6 +54,8 @@ impl Axes {
     /// # Errors
     /// A shape that is no volume.
     pub fn guessed(names: &[Option<String>], shape: &[usize], units: Option<String>) -> Result<Self, String> {
+        // Names that do not fit the axes say nothing.
+        let names = if names.len() == shape.len() { names } else { &[] };
         if let Ok(named) = Self::named(names, shape)
             && named.space[0].is_some()
             && named.space[1].is_some()
@@ -66,6 +72,9 @@ impl Axes {
     fn check(&self, names: &[Option<String>], shape: &[usize]) -> Result<(), String> {
         if shape.contains(&0) {
             return Err(format!("of shape {} is empty", shown(shape)));
+        }
+        if let Some(count) = self.channel.map(|axis| shape[axis]).filter(|&count| count > MOST_CHANNELS) {
+            return Err(format!("has {count} channels, more than {MOST_CHANNELS}; save a part of them"));
         }
         if self.space[0].is_none() {
             return Err("has no axis x; name its axes t, c, z, y, x".into());
@@ -118,6 +127,7 @@ mod tests {
         assert!(Axes::named(&names("lambda y x"), &[4, 5, 6]).unwrap_err().contains("`lambda`"));
         assert!(Axes::named(&names("lambda y x"), &[1, 5, 6]).is_ok());
         assert!(Axes::named(&names("z y"), &[4, 5]).is_err());
+        assert!(Axes::named(&names("c y x"), &[1 << 40, 5, 6]).unwrap_err().contains("channels"));
     }
 
     #[test]
@@ -126,6 +136,8 @@ mod tests {
         assert_eq!((axes.space, axes.component), ([Some(2), Some(1), Some(0)], Some(3)));
         let axes = Axes::guessed(&names("time dim_0 dim_1"), &[7, 6, 5], None).unwrap();
         assert_eq!((axes.space, axes.time), ([Some(2), Some(1), None], Some(0)));
+        let axes = Axes::guessed(&names("time z y x"), &[6, 5], None).unwrap();
+        assert_eq!(axes.space, [Some(1), Some(0), None]);
         assert!(Axes::guessed(&[], &[4], None).is_err());
     }
 }

@@ -101,7 +101,7 @@ impl Bare<'_> {
         if !(1..=LONGEST).contains(&count) {
             return None;
         }
-        let window = Window { ranges: vec![0..count], strides: vec![size], base: 0 };
+        let window = Window::row(count, size);
         let path = self.beside(name)?;
         let bytes =
             Chunked { hierarchy: self.hierarchy, path: &path, array }.read(&window, count * size).ok()?;

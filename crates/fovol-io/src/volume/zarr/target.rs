@@ -22,15 +22,15 @@ impl<'a> Target<'a> {
         Self { start: bytes.as_mut_ptr(), length: bytes.len(), bytes: PhantomData }
     }
 
-    /// The `length` bytes from `at` on.
+    /// Writes `values` from `at` on.
     ///
     /// # Safety
     /// No other thread may use these bytes meanwhile.
-    unsafe fn bytes(&self, at: usize, length: usize) -> &mut [u8] {
-        assert!(at <= self.length && length <= self.length - at, "a chunk leaves the volume");
-        // SAFETY: the bytes are within the buffer, as was just asserted, which is borrowed as long as `self`; our
-        // caller promises that nobody else uses them.
-        unsafe { std::slice::from_raw_parts_mut(self.start.add(at), length) }
+    unsafe fn put(&self, at: usize, values: &[u8]) {
+        assert!(at <= self.length && values.len() <= self.length - at, "a chunk leaves the volume");
+        // SAFETY: the bytes are within the buffer, as was just asserted, which is borrowed as long as `self` and is not
+        // `values`; our caller promises that nobody else uses them.
+        unsafe { self.start.add(at).copy_from_nonoverlapping(values.as_ptr(), values.len()) };
     }
 
     /// Writes the values of `window` from a chunk of `values` in C order, of shape `chunk`. A single value stands for a
@@ -62,13 +62,11 @@ impl<'a> Target<'a> {
         match axes {
             [] => {
                 // SAFETY: as our caller promises.
-                let out = unsafe { self.bytes(to, size) };
-                out.copy_from_slice(&values[from..from + size]);
+                unsafe { self.put(to, &values[from..from + size]) };
             }
             [axis] if axis.to == size && axis.from == size => {
                 // SAFETY: as our caller promises.
-                let out = unsafe { self.bytes(to, axis.count * size) };
-                out.copy_from_slice(&values[from..from + axis.count * size]);
+                unsafe { self.put(to, &values[from..from + axis.count * size]) };
             }
             [axis] => {
                 // SAFETY: as our caller promises.

@@ -14,6 +14,11 @@ pub struct Window {
 }
 
 impl Window {
+    /// All `count` values of `size` bytes of an array of one axis.
+    pub fn row(count: usize, size: usize) -> Self {
+        Self { ranges: std::iter::once(0..count).collect(), strides: vec![size], base: 0 }
+    }
+
     /// The window with its axes in another order: axis i was `order[i]`.
     pub fn permuted(&self, order: &[usize]) -> Self {
         Self {
@@ -86,7 +91,7 @@ mod tests {
                 }
             }
         }
-        let written = |at: &usize| *at >= 5 && (at - 5) % 2 == 0 && (at - 5) % 14 / 2 < 7;
+        let written = |at: &usize| *at >= 5 && (at - 5).is_multiple_of(2) && (at - 5) % 14 / 2 < 7;
         assert!((0..seen.len()).all(|at| seen[at] == usize::from(written(&at))), "{seen:?}");
     }
 }
