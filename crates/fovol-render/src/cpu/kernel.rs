@@ -80,6 +80,7 @@ impl Gathered {
 }
 
 /// Memory that marching reuses.
+#[derive(Default)]
 pub struct Scratch {
     packet: Packet,
     pool: ShadowPool,
@@ -90,20 +91,6 @@ pub struct Scratch {
     chooser: Chooser,
     /// The samples that were chosen, where only few of the pool get shadow rays.
     chosen: ShadowPool,
-}
-
-impl Default for Scratch {
-    fn default() -> Self {
-        Self {
-            packet: Packet::new(),
-            pool: ShadowPool::default(),
-            parts: Parts::default(),
-            gathered: Vec::new(),
-            waiting: Vec::new(),
-            chooser: Chooser::default(),
-            chosen: ShadowPool::default(),
-        }
-    }
 }
 
 /// Shadow rays are traced once this many samples wait.

@@ -44,6 +44,7 @@ struct Gathered {
 }
 
 /// Memory that marching reuses.
+#[derive(Default)]
 pub struct FineScratch {
     packet: Packet,
     /// For each ray of the packet, the step after the last one taken.
@@ -58,23 +59,6 @@ pub struct FineScratch {
     blocks: Vec<Block>,
     chooser: Chooser,
     chosen: ShadowPool,
-}
-
-impl Default for FineScratch {
-    fn default() -> Self {
-        Self {
-            packet: Packet::new(),
-            covered: PerRay::default(),
-            pool: ShadowPool::default(),
-            parts: Parts::default(),
-            gathered: Vec::new(),
-            places: Vec::new(),
-            stretches: Stretches::default(),
-            blocks: Vec::new(),
-            chooser: Chooser::default(),
-            chosen: ShadowPool::default(),
-        }
-    }
 }
 
 /// The index of rays that crossed nothing visible.
