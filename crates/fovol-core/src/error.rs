@@ -42,6 +42,9 @@ pub enum Error {
     /// Camera path or keyframe that cannot be followed.
     #[error("camera path: {0}")]
     CameraPath(String),
+    /// Several volumes that cannot be shown together.
+    #[error("volumes at the same points: {0}")]
+    Layers(String),
     /// More memory than there is.
     #[error(transparent)]
     Memory(#[from] memory::Shortage),

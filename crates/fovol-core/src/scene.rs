@@ -1,4 +1,5 @@
-use crate::{ClipBox, Interpolation, Light, RayMode, Result, TransferFunction, Volume};
+use crate::layer::{Layer, MOST_VOLUMES, VoxelColours, check_dims};
+use crate::{ClipBox, Error, Interpolation, Light, RayMode, Result, TransferFunction, Volume};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -91,6 +92,10 @@ pub struct Scene {
     pub clip: Option<ClipBox>,
     /// Mapping from values to colour and opacity.
     pub transfer_function: TransferFunction,
+    /// Colours of the voxels, which take the place of the transfer function's.
+    pub colours: Option<VoxelColours>,
+    /// Further volumes at the same points, at most three.
+    pub layers: Vec<Layer>,
     /// Lighting.
     pub shading: Shading,
     /// Background colour, display RGB in 0…1.
@@ -116,6 +121,8 @@ impl Scene {
             volume,
             clip: None,
             transfer_function,
+            colours: None,
+            layers: Vec::new(),
             shading: Shading::default(),
             background: [0.0; 3],
             step: 0.5,
@@ -131,12 +138,17 @@ impl Scene {
     }
 
     /// Effective integration along rays. Between neighbouring voxels of labels there are no values to integrate over, so the
-    /// nearest voxels are always point samples.
+    /// nearest voxels are always point samples. So are several volumes, and voxels with colours of their own.
     pub fn marching_integration(&self) -> Integration {
         match self.interpolation {
-            Interpolation::Linear => self.integration,
-            Interpolation::Nearest => Integration::Plain,
+            Interpolation::Linear if !self.is_layered() => self.integration,
+            _ => Integration::Plain,
         }
+    }
+
+    /// Whether samples blend several volumes, or have colours of their own.
+    pub fn is_layered(&self) -> bool {
+        self.colours.is_some() || !self.layers.is_empty()
     }
 
     /// Effective step along rays, in voxels of the smallest spacing.
@@ -159,7 +171,8 @@ impl Scene {
     /// Checks that the parameters are valid.
     ///
     /// # Errors
-    /// An ambient, background or isosurface outside [0, 1], a step outside [0.01, 100].
+    /// An ambient, background or isosurface outside [0, 1], a step outside [0.01, 100]; volumes that cannot be shown
+    /// together, or not in this mode.
     pub fn check(&self) -> Result<()> {
         let unit = |x: f64| (0.0..=1.0).contains(&x);
         crate::checked(
@@ -181,6 +194,28 @@ impl Scene {
             let value = f64::from(value);
             crate::checked("isosurface", value, "a display value between 0 and 1", unit(value))?;
         }
-        Ok(())
+        self.check_layers()
+    }
+
+    fn check_layers(&self) -> Result<()> {
+        if self.layers.len() >= MOST_VOLUMES {
+            return Err(Error::Layers(format!("at most {MOST_VOLUMES} can be shown, not {}", self.layers.len() + 1)));
+        }
+        let own = self.colours.iter().flatten();
+        let others = self.layers.iter().flat_map(|layer| {
+            std::iter::once(&layer.volume).chain(layer.colours.iter().flatten())
+        });
+        check_dims(own.chain(others), self.volume.grid())?;
+        let have_colours = self.colours.is_some() || self.layers.iter().any(|layer| layer.colours.is_some());
+        match self.mode {
+            RayMode::Isosurface(_) if self.is_layered() => Err(Error::Layers(
+                "an isosurface is that of one volume; choose --mode composite, or show one volume and one component".into(),
+            )),
+            mode if mode.is_projection() && have_colours => Err(Error::Layers(
+                "voxels with colours have no greatest, least or mean value; choose --mode composite, or one --component"
+                    .into(),
+            )),
+            _ => Ok(()),
+        }
     }
 }

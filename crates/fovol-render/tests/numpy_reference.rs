@@ -3,7 +3,8 @@
 
 use flate2::read::GzDecoder;
 use fovol_core::{
-    Camera, CameraPath, ClipBox, ClipPlane, ClipPlanes, ControlPoint, FrameSize, Grid, Interpolation, Light,
+    Camera, CameraPath, ClipBox, ClipPlane, ClipPlanes, ControlPoint, Dtype, FrameSize, Grid, Interpolation,
+    Layer, Light,
     RayMode, Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume,
 };
 use fovol_render::cpu::{RenderOptions, Renderer, available_simd};
@@ -55,6 +56,18 @@ struct PictureCase {
     /// Planes that clip: a normal and a distance.
     #[serde(default)]
     planes: Vec<[f64; 4]>,
+    /// Axes along which the volume is mirrored for red, green and blue of its voxels.
+    colours: Option<[usize; 3]>,
+    #[serde(default)]
+    layers: Vec<LayerCase>,
+}
+
+/// A further volume: the first one, mirrored along an axis.
+#[derive(Deserialize)]
+struct LayerCase {
+    mirrored: usize,
+    transfer_function: String,
+    interpolation: Interpolation,
 }
 
 #[derive(Deserialize)]
@@ -93,7 +106,13 @@ impl VolumeCase {
 
 impl PictureCase {
     fn scene(&self, cases: &Cases, volume: &Arc<Volume>) -> Scene {
-        let points = cases.transfer_functions[&self.transfer_function].clone();
+        let function = |name: &str| TransferFunction::new(cases.transfer_functions[name].clone()).unwrap();
+        let layer = |layer: &LayerCase| Layer {
+            volume: mirrored(volume, layer.mirrored),
+            transfer_function: function(&layer.transfer_function),
+            colours: None,
+            interpolation: layer.interpolation,
+        };
         let plane = |[x, y, z, distance]: [f64; 4]| ClipPlane { normal: [x, y, z].into(), distance };
         let planes: Vec<ClipPlane> = self.planes.iter().map(|numbers| plane(*numbers)).collect();
         Scene {
@@ -108,7 +127,9 @@ impl PictureCase {
             interpolation: self.interpolation,
             mode: self.mode(volume),
             clip: Some(ClipBox::whole(volume.grid()).with_planes(ClipPlanes::new(&planes).unwrap())),
-            ..Scene::new(volume.clone(), TransferFunction::new(points).unwrap())
+            colours: self.colours.map(|axes| axes.map(|axis| mirrored(volume, axis))),
+            layers: self.layers.iter().map(layer).collect(),
+            ..Scene::new(volume.clone(), function(&self.transfer_function))
         }
     }
 }
@@ -124,6 +145,27 @@ impl PictureCase {
             Some(other) => panic!("cases.json has mode {other}, which this test does not know"),
         }
     }
+}
+
+/// `volume` mirrored along `axis`, shown over the same range.
+fn mirrored(volume: &Volume, axis: usize) -> Arc<Volume> {
+    let [nx, ny, nz] = volume.grid().dims();
+    let mut values = Vec::new();
+    for z in 0..nz {
+        for y in 0..ny {
+            for x in 0..nx {
+                let mut voxel = [x, y, z];
+                voxel[axis] = volume.grid().dims()[axis] - 1 - voxel[axis];
+                values.push(volume.value(voxel));
+            }
+        }
+    }
+    let mirrored = match volume.dtype() {
+        Dtype::U8 => Volume::from_values(*volume.grid(), values.iter().map(|v| *v as u8).collect()),
+        Dtype::I16 => Volume::from_values(*volume.grid(), values.iter().map(|v| *v as i16).collect()),
+        _ => Volume::from_values(*volume.grid(), values.iter().map(|v| *v as f32).collect()),
+    };
+    Arc::new(mirrored.unwrap().with_range(volume.range()).unwrap())
 }
 
 fn folder() -> PathBuf {

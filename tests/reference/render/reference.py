@@ -225,6 +225,8 @@ class Scene:
     mode: str = "composite"
     iso: float = 0.0  # the display value of the isosurface
     planes: tuple = ()  # [x, y, z, d]
+    colours: tuple = ()  # volumes of red, green and blue
+    layers: tuple = ()  # further volumes and their transfer functions
 
     @property
     def delta(self):
@@ -247,6 +249,29 @@ class Scene:
         return enter, leave
 
 
+def extinction(alpha):
+    """Per step. Opaque samples count as nearly opaque, so that it stays finite."""
+    return -np.log1p(-np.minimum(alpha, 1.0 - 1e-6))
+
+
+def appearance(scene, positions, voxels):
+    """Colours and opacities of steps `voxels` long: "opacities add as extinctions, colours weigh by their extinction"
+    (section 6). Extinctions are in proportion to the steps.
+    """
+    colours, clear, weights = 0.0, 1.0, 0.0
+    for number, (volume, transfer) in enumerate(((scene.volume, scene.transfer), *scene.layers)):
+        v = volume.sample(positions)
+        alpha = transfer.alpha(v, voxels)
+        colour = transfer.colour(v)
+        if number == 0 and scene.colours:
+            colour = np.stack([channel.sample(positions) for channel in scene.colours], axis=1)
+        weight = extinction(transfer.alpha(v, 1.0))[:, None]
+        colours = colours + np.where(weight > 0.0, weight * colour, 0.0)
+        weights = weights + weight
+        clear = clear * (1.0 - alpha)
+    return np.where(weights > 0.0, colours / np.where(weights > 0.0, weights, 1.0), 0.0), 1.0 - clear
+
+
 def transmittance(scene, positions):
     """T per position: "T = product of (1 - alpha_j) along one shadow ray with steps of 4 delta, first sample
     at 2 delta from the point, alpha_j corrected for the 4 delta step, ended at T < 0.001 or at the box."
@@ -260,8 +285,8 @@ def transmittance(scene, positions):
         alive = np.flatnonzero((distance < leave) & (t >= DARK))
         if len(alive) == 0:
             return t
-        v = scene.volume.sample(positions[alive] + distance * scene.light)
-        t[alive] *= 1.0 - scene.transfer.alpha(v, 4.0 * scene.step)
+        _, alpha = appearance(scene, positions[alive] + distance * scene.light, 4.0 * scene.step)
+        t[alive] *= 1.0 - alpha
         j += 1
 
 
@@ -269,10 +294,22 @@ def facing(scene, positions):
     """The factor of gradient shading: "multiplies the (1 - ambient) term by |n.l|, n from central differences
     [...], factor 1 where the gradient is zero."
     """
-    gradient = scene.volume.gradient(positions)
+    volumes = ((scene.volume, scene.transfer), *scene.layers)
+    if len(volumes) == 1:
+        return facing_in(scene.volume, scene.light, positions)
+    weights = [extinction(transfer.alpha(volume.sample(positions), 1.0)) for volume, transfer in volumes]
+    factors = [facing_in(volume, scene.light, positions) for volume, _ in volumes]
+    whole = sum(weights)
+    mean = sum(weight * factor for weight, factor in zip(weights, factors)) / np.where(whole > 0.0, whole, 1.0)
+    return np.where(whole > 0.0, mean, 1.0)
+
+
+def facing_in(volume, light, positions):
+    """The factor of one volume. That of several is the mean, weighted by their extinctions."""
+    gradient = volume.gradient(positions)
     length = np.linalg.norm(gradient, axis=1)
     flat = (length == 0.0) | np.isnan(length)
-    cosine = np.abs(gradient @ scene.light) / np.where(flat, 1.0, length)
+    cosine = np.abs(gradient @ light) / np.where(flat, 1.0, length)
     return np.where(flat, 1.0, cosine)
 
 
@@ -305,14 +342,13 @@ def render(scene, camera, width, height):
         if len(alive) == 0:
             break
         positions = origins[alive] + t[alive, None] * directions[alive]
-        v = scene.volume.sample(positions)
-        a = scene.transfer.alpha(v, scene.step)
+        shown, a = appearance(scene, positions, scene.step)
         # What is transparent adds nothing, so its light need not be known.
         seen = a > 0.0
-        alive, positions, v, a = alive[seen], positions[seen], v[seen], a[seen]
+        alive, positions, shown, a = alive[seen], positions[seen], shown[seen], a[seen]
         # "Front to back, premultiplied"
         weight = (1.0 - alpha[alive]) * a
-        colour[alive] += weight[:, None] * lit(scene, positions, scene.transfer.colour(v))
+        colour[alive] += weight[:, None] * lit(scene, positions, shown)
         alpha[alive] += weight
         k += 1
     # "over a background"
@@ -323,8 +359,20 @@ def render(scene, camera, width, height):
 def projection(scene, rays, near, leave):
     """Colours of rays: "`mip`, `minip`, `average` show the greatest, least, mean value along the ray through the transfer
     function's colours"; "opacity not corrected for length; shadows and ambient do not apply". NaN counts only where there
-    is nothing else.
+    is nothing else. Several volumes are projected one by one, and what they show is blended.
     """
+    colours, clear, weights = 0.0, 1.0, 0.0
+    for volume, transfer in ((scene.volume, scene.transfer), *scene.layers):
+        alpha, colour = projected(scene, (volume, transfer), rays, near, leave)
+        weight = extinction(alpha)
+        colours, weights, clear = colours + weight * colour, weights + weight, clear * (1.0 - alpha)
+    colour = colours / np.where(weights > 0.0, weights, 1.0)
+    return (1.0 - clear) * colour + clear * scene.background
+
+
+def projected(scene, shown, rays, near, leave):
+    """Opacities and colours of rays through one volume."""
+    volume, transfer = shown
     origins, directions = rays
     found = []
     for k in range(10_000):
@@ -332,16 +380,15 @@ def projection(scene, rays, near, leave):
         alive = t < leave
         if not alive.any():
             break
-        v = scene.volume.sample(origins + np.where(alive, t, 0.0)[:, None] * directions)
+        v = volume.sample(origins + np.where(alive, t, 0.0)[:, None] * directions)
         found.append(np.where(alive, v, np.nan))
     found = np.array(found)
     some = ~np.isnan(found).all(axis=0)
     pick = {"mip": np.nanmax, "minip": np.nanmin, "average": np.nanmean}[scene.mode]
     v = np.full(len(origins), np.nan)
     v[some] = pick(found[:, some], axis=0)
-    a = scene.transfer.alpha(v, 1.0)[:, None]
-    colour = np.where(some[:, None], scene.transfer.colour(np.where(some, v, 0.0)), 0.0)
-    return a * colour + (1.0 - a) * scene.background
+    alpha = np.where(some, transfer.alpha(v, 1.0), 0.0)[:, None]
+    return alpha, np.where(some[:, None], transfer.colour(np.where(some, v, 0.0)), 0.0)
 
 
 def isosurface(scene, rays, near, leave):
@@ -548,6 +595,10 @@ BESIDE = parallel([1.1, 0.9, 1.6], [0.02, -0.03, 0.01], 34.0)
 AMONG = parallel([0.05, 0.02, 0.11], [-0.2, -0.13, -0.3], 85.0)
 SLANTED = [[0.6, 0.3, -0.74, -0.12], [-0.2, 0.9, 0.1, -0.3]]
 IN_ENGINE = still([0.1, 0.05, 0.12], [-0.3, -0.05, -0.2], 70.0)
+# Layers are the volume itself, mirrored along an axis (x is 0).
+LIKE_FLOW = {"mirrored": 0, "transfer_function": "flow", "interpolation": "linear"}
+LIKE_SPREAD = {"mirrored": 2, "transfer_function": "spread", "interpolation": "linear"}
+NEAREST = {"mirrored": 1, "transfer_function": "spread", "interpolation": "nearest"}
 ENGINE, BI2O3, LUNG = list(VOLUMES)[3:]
 
 # No picture hangs on a sample at a box face that may fall either way: a camera moved by 1e-6 changes no
@@ -595,6 +646,18 @@ PICTURES = {
     "ct_planes_isosurface": picture(
         "ct", "ct", along("orbit", 10), WARM, mode="isosurface", iso=40.0, planes=SLANTED
     ),
+    "ct_layers": picture("ct", "ct", along("orbit", 10), WARM, layers=[LIKE_FLOW, LIKE_SPREAD]),
+    "ct_layers_gradient": picture(
+        "ct", "ct", BESIDE, LOW, layers=[LIKE_FLOW], gradient=True, planes=SLANTED[:1], step=0.7
+    ),
+    "ct_layers_nearest": picture("ct", "ct", along("orbit", 210), PLAIN, layers=[NEAREST], step=0.6),
+    "ct_layers_mip": picture("ct", "ct", along("orbit", 70), WARM, layers=[LIKE_SPREAD], mode="mip"),
+    "ct_colours": picture("ct", "ct", along("orbit", 310), WARM, colours=[0, 1, 2]),
+    "ct_colours_layers": picture(
+        "ct", "ct", IN_CT, LOW, colours=[2, 0, 1], layers=[LIKE_SPREAD], gradient=True
+    ),
+    "simulation_layers": picture("simulation", "flow", along("orbit", 33), WARM, layers=[LIKE_FLOW]),
+    "slices_layers": picture("slices", "hounsfield", along("orbit", 40), LOW, layers=[NEAREST, LIKE_FLOW]),
     "engine_gradient": picture(ENGINE, "ct", along("orbit", 60), WARM, gradient=True, size=[48, 36]),
     "engine_inside": picture(ENGINE, "ct", IN_ENGINE, LOW, size=[48, 36], step=0.75),
     "bi2o3_shadows": picture(BI2O3, "spread", along("orbit", 120), WARM, size=[48, 36]),
@@ -628,7 +691,22 @@ def scene_of(described, volume):
         mode=described.get("mode", "composite"),
         iso=volume.display_value(described.get("iso", 0.0)),
         planes=described.get("planes", ()),
+        colours=tuple(mirrored(volume, axis, False) for axis in described.get("colours", ())),
+        layers=tuple(
+            (
+                mirrored(volume, layer["mirrored"], layer["interpolation"] == "nearest"),
+                TransferFunction(TRANSFER_FUNCTIONS[layer["transfer_function"]]),
+            )
+            for layer in described.get("layers", ())
+        ),
     )
+
+
+def mirrored(volume, axis, nearest):
+    other = copy.copy(volume)
+    other.unit = np.flip(volume.unit, 2 - axis)
+    other.nearest = nearest
+    return other
 
 
 def raw_voxels(name, data_folder):

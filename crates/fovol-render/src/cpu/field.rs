@@ -187,6 +187,23 @@ impl<'a> AnyValues<'a> {
             BrickData::Gaps(values) => Self::F32(cast_slice(values)),
         }
     }
+
+    /// [`Texel::trilinear`] of the type that the voxels have.
+    ///
+    /// # Safety
+    /// That of [`Texel::trilinear`].
+    #[inline(always)]
+    unsafe fn trilinear<V: SimdF32>(self, index: V::I32, offset: [usize; 2], f: [V; 3]) -> V {
+        // SAFETY: the caller's.
+        unsafe {
+            match self {
+                Self::Corners(values) => u32::trilinear(values, index, offset, f),
+                Self::U8(values) => u8::trilinear(values, index, offset, f),
+                Self::U16(values) => u16::trilinear(values, index, offset, f),
+                Self::F32(values) => f32::trilinear(values, index, offset, f),
+            }
+        }
+    }
 }
 
 impl Texel for AnyType {
@@ -216,18 +233,44 @@ impl Texel for AnyType {
         f: [V; 3],
     ) -> V {
         // SAFETY: the caller's.
-        unsafe {
-            match values {
-                AnyValues::Corners(values) => u32::trilinear(values, index, offset, f),
-                AnyValues::U8(values) => u8::trilinear(values, index, offset, f),
-                AnyValues::U16(values) => u16::trilinear(values, index, offset, f),
-                AnyValues::F32(values) => f32::trilinear(values, index, offset, f),
-            }
-        }
+        unsafe { values.trilinear(index, offset, f) }
     }
 
     fn in_vectors<W: SimdF32Op>(_: Simd, work: W) -> W::Output {
         Simd::in_portable_vectors(work)
+    }
+}
+
+/// Voxels of a type that is known at run time only, for vectors of any instruction set.
+#[derive(Debug, Clone, Copy)]
+pub struct InlinedAnyType;
+
+impl Texel for InlinedAnyType {
+    type Values<'a> = AnyValues<'a>;
+
+    const CAN_BE_NAN: bool = true;
+
+    fn len(values: AnyValues<'_>) -> usize {
+        AnyType::len(values)
+    }
+
+    fn gain(values: AnyValues<'_>) -> f32 {
+        AnyType::gain(values)
+    }
+
+    #[inline(always)]
+    unsafe fn trilinear<V: SimdF32>(
+        values: AnyValues<'_>,
+        index: V::I32,
+        offset: [usize; 2],
+        f: [V; 3],
+    ) -> V {
+        // SAFETY: the caller's.
+        unsafe { values.trilinear(index, offset, f) }
+    }
+
+    fn in_vectors<W: SimdF32Op>(simd: Simd, work: W) -> W::Output {
+        simd.in_vectors(work)
     }
 }
 

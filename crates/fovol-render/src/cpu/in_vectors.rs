@@ -4,6 +4,7 @@ use super::field::Texel;
 use super::fine::{FineKernel, FineScratch};
 use super::kernel::{Kernel, Scratch};
 use super::march::SampleCount;
+use super::medium::Medium;
 use super::modes::{IsosurfaceKernel, ProjectionKernel};
 use super::packet::Packet;
 use crate::scene::RayResult;
@@ -20,8 +21,8 @@ pub struct InVectors<'a, K, S> {
 }
 
 macro_rules! in_vectors {
-    ($Kernel:ident, $Scratch:ident) => {
-        impl<T: Texel> SimdF32Op for InVectors<'_, $Kernel<'_, T>, $Scratch> {
+    ($Of:ident, $Kernel:ident, $Scratch:ident) => {
+        impl<T: $Of> SimdF32Op for InVectors<'_, $Kernel<'_, T>, $Scratch> {
             type Output = SampleCount;
 
             #[inline(always)]
@@ -32,7 +33,7 @@ macro_rules! in_vectors {
     };
 }
 
-in_vectors!(Kernel, Scratch);
-in_vectors!(FineKernel, FineScratch);
-in_vectors!(ProjectionKernel, Packet);
-in_vectors!(IsosurfaceKernel, Packet);
+in_vectors!(Medium, Kernel, Scratch);
+in_vectors!(Texel, FineKernel, FineScratch);
+in_vectors!(Texel, ProjectionKernel, Packet);
+in_vectors!(Texel, IsosurfaceKernel, Packet);

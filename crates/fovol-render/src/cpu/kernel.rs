@@ -1,19 +1,17 @@
 //! Marching in lanes: consecutive samples of one ray side by side.
 
 use super::few_shadow_rays::{Block, Chooser, FewShadowRays};
-use super::field::{Field, Texel};
+use super::field::Field;
 use super::light_columns::LightColumns;
 use super::march::{OPAQUE, SampleCount};
+use super::medium::{Medium, WayToLight};
 use super::packet::Packet;
 use super::shadow_pool::ShadowPool;
-use super::shadow_rays::{Parts, ShadowRays};
+use super::shadow_rays::Parts;
 use super::skip::Skip;
-use crate::scene::{
-    LightPath, MAX_BLUE, MAX_RED_GREEN, RayResult, SHADOW_START, SHADOW_STEP, Segments, TransferTable,
-};
-use bytemuck::cast_slice;
+use crate::scene::{LightPath, RayResult, SHADOW_START, SHADOW_STEP, Segments};
 use fovol_core::{Pixel, RayBasis};
-use fovol_simd::{MOST_LANES, Simd, SimdF32, SimdI32};
+use fovol_simd::{MOST_LANES, Simd, SimdF32};
 
 /// How light reaches samples.
 pub enum Lighting<'a> {
@@ -26,17 +24,11 @@ pub enum Lighting<'a> {
 }
 
 /// The scene that SIMD lanes march primary rays through.
-pub struct Kernel<'a, T: Texel> {
-    /// The volume, scaled to indices of the table.
-    pub field: Field<'a, T>,
+pub struct Kernel<'a, M> {
+    /// What rays pass through.
+    pub medium: M,
     /// Where primary rays take their samples.
     pub segments: Segments,
-    /// The edges of a voxel in world units.
-    pub voxel_size: [f32; 3],
-    /// Display value to colour and opacity.
-    pub table: &'a TransferTable,
-    /// Bounds of the table's visible part; see [`TransferTable::visible`].
-    pub visible: [f32; 2],
     /// The way to the light.
     pub light: LightPath,
     /// How light reaches samples.
@@ -96,7 +88,7 @@ pub struct Scratch {
 /// Shadow rays are traced once this many samples wait.
 const ENOUGH: usize = 8192;
 
-impl<T: Texel> Kernel<'_, T> {
+impl<M: Medium> Kernel<'_, M> {
     /// Marches `pixels` and appends their colours (over the background) and opacities to `out`.
     #[inline(always)]
     pub fn march<V: SimdF32>(
@@ -172,13 +164,12 @@ impl<T: Texel> Kernel<'_, T> {
         if let Lighting::Rays(_, Some(few)) = &self.lighting {
             self.choose(zero, few, scratch);
         }
-        let rays = ShadowRays {
-            field: &self.field,
-            alpha: &self.table.shadow_alpha,
-            light: &self.light,
+        let to_light = WayToLight {
+            path: &self.light,
             columns: if let Lighting::Rays(columns, _) = self.lighting { columns } else { None },
+            simd: self.simd,
         };
-        let samples = rays.trace(self.simd, &mut scratch.pool, &mut scratch.parts);
+        let samples = self.medium.trace(&to_light, &mut scratch.pool, &mut scratch.parts);
         for block in &scratch.waiting {
             let [r, g, b] = &mut scratch.gathered[block.ray].shadow;
             let sums = [zero.load(r), zero.load(g), zero.load(b)];
@@ -253,19 +244,10 @@ impl<T: Texel> Kernel<'_, T> {
             number.mul_add(zero.splat(packet.delta[1].0[lane]), zero.splat(packet.start[1].0[lane])),
             number.mul_add(zero.splat(packet.delta[2].0[lane]), zero.splat(packet.start[2].0[lane])),
         ];
-        let value = self.field.sample(p) + zero.splat(0.5);
         let inside = number.simd_lt(zero.splat(packet.samples.0[lane]));
-        let [first, end] = self.visible;
-        let shown = value.simd_gt(zero.splat(first)) & value.simd_lt(zero.splat(end));
-        let shown = inside & shown;
-        if V::bits_of(shown) == 0 {
+        let Some((alpha, rgb)) = self.medium.appearance(p, inside) else {
             return u64::from(V::bits_of(inside).count_ones());
-        }
-        let index = value.to_i32();
-        // SAFETY: visible values are indices of the table, others are below its scale or the entry of NaN.
-        let [alpha, packed] =
-            unsafe { V::load_word_pairs(cast_slice(&self.table.appearance), index + index) };
-        let alpha = V::select(shown, V::from_bits(alpha), zero);
+        };
         let (before, through) = (one - alpha).products_before();
         let before = before * zero.splat(packet.transmittance.0[lane]);
         let arriving = packet.transmittance.0[lane];
@@ -280,7 +262,6 @@ impl<T: Texel> Kernel<'_, T> {
         (zero.load(opacity) + weight).store(opacity);
         weight.mul_add(number, zero.load(numbers)).store(numbers);
         let mut colour = [zero.load(r), zero.load(g), zero.load(b)];
-        let rgb = colours(packed);
         self.light_samples(p, weight, rgb, &mut colour, pool);
         colour[0].store(r);
         colour[1].store(g);
@@ -302,7 +283,7 @@ impl<T: Texel> Kernel<'_, T> {
     ) {
         let zero = weight.splat(0.0);
         let facing = match self.facing {
-            Some(light) => self.facing(p, light),
+            Some(light) => self.medium.facing(p, light),
             None => zero.splat(1.0),
         };
         let ambient = zero.splat(self.ambient);
@@ -336,50 +317,9 @@ impl<T: Texel> Kernel<'_, T> {
         let at = [towards(0, SHADOW_START), towards(1, SHADOW_START), towards(2, SHADOW_START)];
         let after = [towards(0, SHADOW_STEP), towards(1, SHADOW_STEP), towards(2, SHADOW_STEP)];
         let way = self.light.ways_out(p);
-        let index = (self.field.sample(at) + zero.splat(0.5)).to_i32();
-        // SAFETY: the field is scaled to indices of the table.
-        let alpha = unsafe { V::gather(&self.table.shadow_alpha, index) };
+        let alpha = self.medium.shadow_alpha(at);
         let near = V::select(way.simd_gt(zero.splat(SHADOW_START)), one - alpha, one);
         let far = V::select(way.simd_gt(zero.splat(SHADOW_START + SHADOW_STEP)), grid.sample(after), one);
         near * far
     }
-
-    /// |n·l| at `p`; 1 where the gradient is zero or not known.
-    #[inline(always)]
-    pub(super) fn facing<V: SimdF32>(&self, p: [V; 3], light: [f32; 3]) -> V {
-        let zero = p[0].splat(0.0);
-        let one = zero.splat(1.0);
-        let (mut squared, mut along, mut highest) = (zero, zero, zero);
-        for a in 0..3 {
-            let (mut before, mut after) = (p, p);
-            before[a] = p[a] - one;
-            after[a] = p[a] + one;
-            let (after, before) = (self.field.sample(after), self.field.sample(before));
-            if self.field.has_gaps() {
-                highest = highest.max(after.max(before));
-            }
-            let difference = after - before;
-            // Only the ratios of the components matter, so the field's own scale may stay.
-            let g = difference * zero.splat(1.0 / self.voxel_size[a]);
-            squared = g.mul_add(g, squared);
-            along = g.mul_add(zero.splat(light[a]), along);
-        }
-        let facing = (along / squared.sqrt()).abs();
-        let known = squared.simd_gt(zero);
-        // Beside NaN there is no gradient.
-        let complete = highest.simd_lt(zero.splat(self.field.missing));
-        let known = if self.field.has_gaps() { known & complete } else { known };
-        V::select(known, facing, one)
-    }
-}
-
-/// Unpacks colours of a [`TransferTable`].
-#[inline(always)]
-pub(super) fn colours<V: SimdF32>(packed: V::I32) -> [V; 3] {
-    let field = packed.splat(MAX_RED_GREEN as i32);
-    let red = V::from_i32(packed & field);
-    let green = V::from_i32(packed.shr::<11>() & field);
-    let blue = V::from_i32(packed.shr::<22>());
-    let scale = red.splat(1.0 / MAX_RED_GREEN);
-    [red * scale, green * scale, blue * red.splat(1.0 / MAX_BLUE)]
 }

@@ -5,13 +5,16 @@ use super::field::{AnyType, AnyValues, Field, Texel, with_field};
 use super::fine::FineKernel;
 use super::in_vectors::InVectors;
 use super::kernel::{Kernel, Lighting};
+use super::layered::{Layer, Layered};
 use super::march::SampleCount;
 use super::march_memory::MarchMemory;
+use super::medium::{Medium, OneVolume};
 use super::modes::{IsosurfaceKernel, Projection, ProjectionKernel};
+use super::prepared::ColouredVolume;
 use super::renderer::Renderer;
 use super::shadow_grid::ShadowGrid;
 use super::skip::Skip;
-use crate::scene::{BrickData, RayResult, Segments};
+use crate::scene::{BrickData, RayResult, Segments, blended_results};
 use fovol_core::{Pixel, RayBasis, RayMode, ShadowMode, SurfaceShading, stop};
 use fovol_simd::Simd;
 
@@ -41,29 +44,75 @@ impl Renderer {
             }));
             return (out, count);
         }
-        let unit = self.prepared.table.scale();
-        let count = match simd {
-            Simd::Portable => {
-                let field = Field::<AnyType>::new(&self.bricks, AnyValues::new(&self.bricks), unit);
-                self.march_field(field, (rays, pixels, few), scratch, &mut out)
+        let count = match self.mode {
+            RayMode::Composite if self.is_layered() => {
+                let kernel = &self.kernel(self.layered(), few);
+                let scratch = &mut scratch.plain;
+                Layered::in_vectors(simd, InVectors { kernel, rays, pixels, scratch, out: &mut out })
             }
-            _ => with_field!(&self.bricks, unit, field => {
-                self.march_field(field, (rays, pixels, few), scratch, &mut out)
-            }),
+            _ if !self.is_layered() => {
+                let volume =
+                    ColouredVolume { bricks: &self.bricks, transfer: &self.transfer, table: &self.prepared.table };
+                self.march_volume(volume, (rays, pixels, few), scratch, &mut out)
+            }
+            _ => self.march_projections((rays, pixels), scratch, &mut out),
         };
         (out, count)
     }
 
-    fn march_field<'a, T: Texel>(
+    /// Projects each volume on its own, and blends what they show.
+    fn march_projections(
+        &self,
+        (rays, pixels): (&RayBasis, &[Pixel]),
+        scratch: &mut MarchMemory,
+        out: &mut Vec<RayResult>,
+    ) -> SampleCount {
+        let mut count = SampleCount::default();
+        let of_volumes: Vec<Vec<RayResult>> = self.volumes().map(|volume| {
+            let mut results = Vec::with_capacity(pixels.len());
+            count += self.march_volume(volume, (rays, pixels, None), scratch, &mut results);
+            results
+        }).collect();
+        let background = self.background();
+        out.extend((0..pixels.len()).map(|pixel| {
+            let results: Vec<RayResult> = of_volumes.iter().map(|results| results[pixel]).collect();
+            blended_results(&results, background)
+        }));
+        count
+    }
+
+    /// Marches one volume.
+    fn march_volume<'a>(
         &'a self,
-        field: Field<'a, T>,
+        volume: ColouredVolume<'a>,
         (rays, pixels, few): (&RayBasis, &[Pixel], Option<&FewShadowRays<'a>>),
         scratch: &mut MarchMemory,
         out: &mut Vec<RayResult>,
     ) -> SampleCount {
-        let (kernel, simd) = (self.kernel(field, few), self.options.simd);
+        let ColouredVolume { bricks, table, .. } = volume;
+        let unit = table.scale();
+        match self.options.simd {
+            Simd::Portable => {
+                let field = Field::<AnyType>::new(bricks, AnyValues::new(bricks), unit);
+                self.march_field((field, volume), (rays, pixels, few), scratch, out)
+            }
+            _ => with_field!(bricks, unit, field => {
+                self.march_field((field, volume), (rays, pixels, few), scratch, out)
+            }),
+        }
+    }
+
+    fn march_field<'a, T: Texel>(
+        &'a self,
+        (field, volume): (Field<'a, T>, ColouredVolume<'a>),
+        (rays, pixels, few): (&RayBasis, &[Pixel], Option<&FewShadowRays<'a>>),
+        scratch: &mut MarchMemory,
+        out: &mut Vec<RayResult>,
+    ) -> SampleCount {
+        let medium = OneVolume::new(field, self.voxel_size(), volume.table);
+        let (kernel, simd) = (self.kernel(medium, few), self.options.simd);
         if let Some(projection) = Projection::of(self.mode) {
-            let kernel = &ProjectionKernel { kernel, transfer: &self.transfer, projection };
+            let kernel = &ProjectionKernel { kernel, transfer: volume.transfer, projection };
             let scratch = &mut scratch.packet;
             return T::in_vectors(simd, InVectors { kernel, rays, pixels, scratch, out });
         }
@@ -84,7 +133,20 @@ impl Renderer {
         }
     }
 
-    fn kernel<'a, T: Texel>(&'a self, field: Field<'a, T>, few: Option<&FewShadowRays<'a>>) -> Kernel<'a, T> {
+    /// All volumes as one medium.
+    fn layered(&self) -> Layered<'_> {
+        let first = (&self.bricks, self.colours.as_ref());
+        let others = self.layers.iter().map(|layer| (&layer.bricks, layer.colours.as_ref()));
+        let all = std::iter::once(first).chain(others).zip(&self.prepared.blending);
+        Layered(all.map(|(volume, table)| Layer::new(volume, self.voxel_size(), table)).collect())
+    }
+
+    /// The edges of a voxel in world units.
+    fn voxel_size(&self) -> [f32; 3] {
+        self.grid.voxel_size().as_vec3().to_array()
+    }
+
+    fn kernel<'a, M: Medium>(&'a self, medium: M, few: Option<&FewShadowRays<'a>>) -> Kernel<'a, M> {
         let skips = self.options.skip_empty && !self.cells.is_dense();
         let rays = Lighting::Rays(self.prepared.light_columns.as_ref().filter(|_| skips), few.copied());
         let lighting = match (self.shading.shadows, &self.shadow_grid) {
@@ -97,11 +159,8 @@ impl Renderer {
         };
         let direction = self.shading.light.direction().as_vec3().to_array();
         Kernel {
-            field,
+            medium,
             segments: Segments::new(&self.grid, &self.clip, self.prepared.step),
-            voxel_size: self.grid.voxel_size().as_vec3().to_array(),
-            table: &self.prepared.table,
-            visible: self.prepared.table.visible(),
             light: self.light_path(),
             lighting,
             facing: (self.shading.surface == SurfaceShading::Gradient).then_some(direction),

@@ -3,7 +3,8 @@
 //! Nothing here is fast. Every faster path is compared with it.
 
 use super::few_shadow_rays::{Chosen, choose_places};
-use crate::scene::{Bricks, LightPath, RayResult, SHADOW_START, SHADOW_STEP, Segments, corrected_opacity};
+use super::prepared_layer::PreparedLayer;
+use crate::scene::{Bricks, LightPath, RayResult, SHADOW_START, SHADOW_STEP, Segments, blended, corrected_opacity, extinction};
 use fovol_core::{ClipBox, Grid, Ray, RayMode, Shading, ShadowMode, SurfaceShading, TransferFunction};
 
 /// A primary ray ends at this accumulated opacity.
@@ -21,6 +22,10 @@ pub struct March<'a> {
     pub clip: ClipBox,
     /// Display value to colour and opacity.
     pub transfer: &'a TransferFunction,
+    /// Red, green and blue of the voxels, where they have colours.
+    pub colours: Option<&'a [Bricks; 3]>,
+    /// Further volumes at the same points.
+    pub layers: &'a [PreparedLayer],
     /// Values along rays that pixels show.
     pub mode: RayMode,
     /// How samples are lit.
@@ -78,7 +83,7 @@ impl March<'_> {
             }
             count.primary += 1;
             let p = segment.position(k);
-            let rgba = self.transfer.evaluate(f64::from(self.bricks.sample(p)));
+            let rgba = self.appearance(p);
             let alpha = corrected_opacity(rgba[3], self.step);
             if alpha == 0.0 {
                 continue;
@@ -135,6 +140,19 @@ impl March<'_> {
         ambient + (1.0 - ambient) * self.surface(p)
     }
 
+    /// Colour and opacity per reference length at `p`.
+    fn appearance(&self, p: [f32; 3]) -> [f64; 4] {
+        let first = coloured(self.transfer.evaluate(f64::from(self.bricks.sample(p))), self.colours, p);
+        if self.layers.is_empty() {
+            return first;
+        }
+        let others = self.layers.iter().map(|layer| {
+            let own = layer.transfer.evaluate(f64::from(layer.bricks.sample(p)));
+            coloured(own, layer.colours.as_ref(), p)
+        });
+        blended(std::iter::once(first).chain(others))
+    }
+
     /// Whether shadow rays are marched.
     pub(super) fn casts_rays(&self) -> bool {
         match self.shading.shadows {
@@ -160,7 +178,7 @@ impl March<'_> {
                 break;
             }
             count.shadow += 1;
-            let opacity = self.transfer.evaluate(f64::from(self.bricks.sample(light.position(p, j))))[3];
+            let opacity = self.appearance(light.position(p, j))[3];
             transmittance *= 1.0 - corrected_opacity(opacity, self.step * f64::from(SHADOW_STEP));
         }
         transmittance
@@ -171,7 +189,7 @@ impl March<'_> {
         let way = light.way_out(p);
         let mut transmittance = 1.0;
         if way > SHADOW_START {
-            let opacity = self.transfer.evaluate(f64::from(self.bricks.sample(light.position(p, 0))))[3];
+            let opacity = self.appearance(light.position(p, 0))[3];
             transmittance -= corrected_opacity(opacity, self.step * f64::from(SHADOW_STEP));
         }
         if way > SHADOW_START + SHADOW_STEP {
@@ -182,18 +200,45 @@ impl March<'_> {
     }
 
     /// |n·l| with n from central differences over ±1 voxel in world units; 1 where the gradient is zero or
-    /// not known, beside NaN.
+    /// not known, beside NaN. Of several volumes the mean, weighted by their extinction at `p`.
     pub(super) fn facing(&self, p: [f32; 3]) -> f32 {
+        let own = self.facing_in(self.bricks, p);
+        if self.layers.is_empty() {
+            return own;
+        }
+        let weight = |transfer: &TransferFunction, bricks: &Bricks| {
+            extinction(transfer.evaluate(f64::from(bricks.sample(p)))[3]) as f32
+        };
+        let first = weight(self.transfer, self.bricks);
+        let (mut whole, mut sum) = (first, first * own);
+        for layer in self.layers {
+            let weight = weight(&layer.transfer, &layer.bricks);
+            whole += weight;
+            sum += weight * self.facing_in(&layer.bricks, p);
+        }
+        if whole > 0.0 { sum / whole } else { 1.0 }
+    }
+
+    /// [`Self::facing`] of the values of `bricks` alone.
+    fn facing_in(&self, bricks: &Bricks, p: [f32; 3]) -> f32 {
         let voxel = self.grid.voxel_size();
         let gradient: [f32; 3] = std::array::from_fn(|a| {
             let (mut before, mut after) = (p, p);
             before[a] -= 1.0;
             after[a] += 1.0;
-            (self.bricks.sample(after) - self.bricks.sample(before)) / voxel[a] as f32
+            (bricks.sample(after) - bricks.sample(before)) / voxel[a] as f32
         });
         let length = gradient.iter().map(|g| g * g).sum::<f32>().sqrt();
         let light = self.shading.light.direction();
         let along: f32 = (0..3).map(|a| gradient[a] * light[a] as f32).sum();
         if length > 0.0 { (along / length).abs() } else { 1.0 }
+    }
+}
+
+/// `own` colour and opacity, but for the colour at `p` where voxels have `colours`.
+fn coloured(own: [f64; 4], colours: Option<&[Bricks; 3]>, p: [f32; 3]) -> [f64; 4] {
+    match colours {
+        Some([r, g, b]) => [r.sample(p).into(), g.sample(p).into(), b.sample(p).into(), own[3]],
+        None => own,
     }
 }

@@ -1,7 +1,7 @@
 //! Tables and light columns of one step along rays.
 
 use super::light_columns::LightColumns;
-use crate::scene::{ExtinctionTable, TransferTable};
+use crate::scene::{BlendTable, Bricks, ExtinctionTable, TransferTable};
 use fovol_core::{Integration, TransferFunction};
 
 /// Tables and light columns of one step.
@@ -12,9 +12,19 @@ pub struct Prepared {
     pub table: TransferTable,
     /// The tables of fine integration; `None` where integration is plain.
     pub extinction: Option<ExtinctionTable>,
+    /// Tables of all volumes, where there are several or voxels have colours.
+    pub blending: Vec<BlendTable>,
     pub light_columns: Option<LightColumns>,
     /// Rays that were marched with shadow rays since the light changed, or will be now.
     pub rays: usize,
+}
+
+/// A volume with the tables of its transfer function.
+#[derive(Clone, Copy)]
+pub struct ColouredVolume<'a> {
+    pub bricks: &'a Bricks,
+    pub transfer: &'a TransferFunction,
+    pub table: &'a TransferTable,
 }
 
 /// Tables of other steps than the scene's, kept for a return to them.
@@ -31,6 +41,7 @@ impl Prepared {
             step,
             table: TransferTable::new(transfer, step),
             extinction: None,
+            blending: Vec::new(),
             light_columns: None,
             rays: 0,
         };
@@ -44,6 +55,11 @@ impl Prepared {
             Integration::Plain => None,
             Integration::Fine => Some(ExtinctionTable::new(transfer, &self.table, self.step)),
         };
+    }
+
+    /// Prepares to blend volumes with the transfer functions `of_volumes`.
+    pub fn blend<'t>(&mut self, of_volumes: impl IntoIterator<Item = &'t TransferFunction>) {
+        self.blending = of_volumes.into_iter().map(|transfer| BlendTable::new(transfer, self.step)).collect();
     }
 
     /// The integration that the tables are made for.

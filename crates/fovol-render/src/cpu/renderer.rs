@@ -5,7 +5,8 @@ use super::light_columns::LightColumns;
 use super::march::{March, SampleCount};
 use super::march_memory::MarchMemory;
 use super::march_order::MarchOrder;
-use super::prepared::{OtherSteps, Prepared};
+use super::prepared::{ColouredVolume, OtherSteps, Prepared};
+use super::prepared_layer::{PreparedLayer, bricks_of_colours};
 use super::shadow_grid::ShadowGrid;
 use super::simd::best_simd;
 use super::tile_order::{TILE, TILE_ORDER};
@@ -13,7 +14,7 @@ use crate::scene::{BrickLayout, Bricks, LightPath, Macrocells, RayResult, SWEEP_
 use fovol_core::memory::{Estimate, Shortage};
 use fovol_core::{
     Camera, ClipBox, Frame, FrameSize, Grid, Pixel, RayMode, Region, SampleList, SampleMask, Scene, Shading,
-    ShadowMode, TransferFunction, Volume,
+    ShadowMode, TransferFunction,
 };
 use fovol_simd::Simd;
 use rayon::prelude::*;
@@ -45,6 +46,10 @@ pub struct Renderer {
     pub(super) bricks: Bricks,
     pub(super) cells: Macrocells,
     pub(super) transfer: TransferFunction,
+    /// Red, green and blue of the voxels, where they have colours.
+    pub(super) colours: Option<[Bricks; 3]>,
+    /// Further volumes at the same points.
+    pub(super) layers: Vec<PreparedLayer>,
     pub(super) mode: RayMode,
     pub(super) shading: Shading,
     pub(super) background: [f64; 3],
@@ -76,7 +81,7 @@ impl Renderer {
         scene.check()?;
         let mut bricks = Bricks::of_volume(&scene.volume)?;
         bricks.set_interpolation(scene.interpolation);
-        Ok(Self::with_bricks(&scene.volume, bricks, scene, options)?)
+        Self::with_bricks(bricks, scene, options)
     }
 
     /// `estimate` with the memory that `scene` takes when it is prepared.
@@ -89,26 +94,26 @@ impl Renderer {
             }
             ShadowMode::On | ShadowMode::Off => 0,
         };
+        let colours = scene.colours.iter().chain(scene.layers.iter().filter_map(|layer| layer.colours.as_ref()));
+        let volumes = std::iter::once(&scene.volume).chain(scene.layers.iter().map(|layer| &layer.volume));
+        let bricks = volumes.chain(colours.flatten()).map(|volume| Bricks::bytes_of(volume)).sum();
+        let cells = Macrocells::bytes_of(scene.volume.grid().dims());
         estimate
-            .with("voxels in bricks", Bricks::bytes_of(&scene.volume))
-            .with("empty space", Macrocells::bytes_of(scene.volume.grid().dims()))
+            .with("voxels in bricks", bricks)
+            .with("empty space", cells * (1 + scene.layers.len() as u64))
             .with("cached shadows", shadows as u64)
     }
 
-    fn with_bricks(
-        volume: &Volume,
-        bricks: Bricks,
-        scene: &Scene,
-        options: RenderOptions,
-    ) -> Result<Self, Shortage> {
-        let mut cells = Macrocells::new(&bricks)?;
-        cells.classify(&scene.transfer_function, scene.mode);
+    fn with_bricks(bricks: Bricks, scene: &Scene, options: RenderOptions) -> fovol_core::Result<Self> {
+        let cells = Macrocells::new(&bricks)?;
         let mut renderer = Self {
-            grid: *volume.grid(),
+            grid: *scene.volume.grid(),
             clip: scene.clip_box(),
             bricks,
             cells,
             transfer: scene.transfer_function.clone(),
+            colours: scene.colours.as_ref().map(bricks_of_colours).transpose()?,
+            layers: scene.layers.iter().map(PreparedLayer::new).collect::<fovol_core::Result<_>>()?,
             mode: scene.mode,
             shading: scene.shading,
             background: scene.background,
@@ -124,11 +129,13 @@ impl Renderer {
             options,
         };
         renderer.set_options(options);
+        renderer.classify();
+        renderer.prepare_blending();
         renderer.prepare_shadows()?;
         Ok(renderer)
     }
 
-    /// Replaces the scene by `scene`, which must show the same volume; only parts that differ are prepared again.
+    /// Replaces the scene by `scene`, which must show the same volumes; only parts that differ are prepared again.
     ///
     /// # Errors
     /// Numbers of the scene that cannot be rendered; the old scene then stays. Too little memory for cached shadows;
@@ -157,16 +164,19 @@ impl Renderer {
             self.shadow_grid = None;
         }
         let integration = scene.marching_integration();
-        let recoloured = self.transfer != scene.transfer_function;
+        let others = self.layers.iter_mut().zip(&scene.layers);
+        let others_changed = others.fold(false, |changed, (layer, new)| layer.change(new) || changed);
+        let recoloured = others_changed || self.transfer != scene.transfer_function;
         if recoloured || self.mode != scene.mode {
             self.transfer = scene.transfer_function.clone();
             self.mode = scene.mode;
-            self.cells.classify(&self.transfer, self.mode);
+            self.classify();
             self.prepared.forget_light();
             self.others.forget_light();
         }
         if recoloured {
             self.prepared = Prepared::new(&self.transfer, scene.marching_step(), integration);
+            self.prepare_blending();
             self.others.clear();
             self.shadow_grid = None;
         } else if self.prepared.integration() != integration {
@@ -182,7 +192,8 @@ impl Renderer {
 
     /// Takes other speed choices.
     pub fn set_options(&mut self, options: RenderOptions) {
-        let simd = if readable(&self.bricks) { options.simd } else { Simd::Scalar };
+        let are_readable = readable(&self.bricks) && self.layers.iter().all(|layer| readable(&layer.bricks));
+        let simd = if are_readable { options.simd } else { Simd::Scalar };
         (self.asked, self.options) = (options, RenderOptions { simd, ..options });
     }
 
@@ -228,8 +239,44 @@ impl Renderer {
             return;
         }
         let taken = self.others.take(step);
+        let is_new = taken.is_none();
         let anew = taken.unwrap_or_else(|| Prepared::new(&self.transfer, step, self.prepared.integration()));
         self.others.keep(std::mem::replace(&mut self.prepared, anew));
+        if is_new {
+            self.prepare_blending();
+        }
+    }
+
+    /// Whether samples blend several volumes, or have colours of their own.
+    pub(super) fn is_layered(&self) -> bool {
+        self.colours.is_some() || !self.layers.is_empty()
+    }
+
+    /// Every volume with its tables.
+    pub(super) fn volumes(&self) -> impl Iterator<Item = ColouredVolume<'_>> {
+        let first =
+            ColouredVolume { bricks: &self.bricks, transfer: &self.transfer, table: &self.prepared.table };
+        let tables = self.prepared.blending.iter().skip(1).map(|table| &table.transfer);
+        let others = self.layers.iter().zip(tables).map(|(layer, table)| ColouredVolume {
+            bricks: &layer.bricks,
+            transfer: &layer.transfer,
+            table,
+        });
+        std::iter::once(first).chain(others)
+    }
+
+    /// Finds what is empty.
+    fn classify(&mut self) {
+        let others = self.layers.iter().map(|layer| (&layer.cells, &layer.transfer));
+        self.cells.classify_with(&self.transfer, self.mode, others);
+    }
+
+    /// Makes the tables that blending needs.
+    fn prepare_blending(&mut self) {
+        if self.is_layered() {
+            let others = self.layers.iter().map(|layer| &layer.transfer);
+            self.prepared.blend(std::iter::once(&self.transfer).chain(others));
+        }
     }
 
     /// Makes what the shadows of the scene need, unless it exists. What other shadows need stays: a viewer goes back and forth.
@@ -244,11 +291,11 @@ impl Renderer {
 
     pub(super) fn make_shadow_grid(&mut self) -> Result<(), Shortage> {
         if self.shadow_grid.is_none() {
-            let Self { grid, bricks, clip, transfer, shading, prepared, .. } = &*self;
-            let colours = (transfer, &prepared.table);
+            let Self { grid, clip, shading, .. } = &*self;
             let path = LightPath::new(&shading.light, grid, clip, SWEEP_STEP);
+            let volumes: Vec<_> = self.volumes().collect();
             self.shadow_grid =
-                Some(ShadowGrid::new(bricks, (grid, clip), &path, colours, self.options.simd)?);
+                Some(ShadowGrid::new(&volumes, (grid, clip), &path, self.options.simd)?);
         }
         Ok(())
     }
@@ -307,6 +354,8 @@ impl Renderer {
             grid: &self.grid,
             clip: self.clip,
             transfer: &self.transfer,
+            colours: self.colours.as_ref(),
+            layers: &self.layers,
             mode: self.mode,
             shading: &self.shading,
             shadow_grid: self

@@ -1,7 +1,8 @@
-use super::light_sweep::LightSweep;
-use crate::scene::{Bricks, FIRST_STRETCH, LightPath, LightSlices, SWEEP_STEP, TransferTable};
+use super::light_sweep::{LightSweep, Swept};
+use super::prepared::ColouredVolume;
+use crate::scene::{Bricks, FIRST_STRETCH, LightPath, LightSlices, SWEEP_STEP};
 use fovol_core::memory::Shortage;
-use fovol_core::{ClipBox, Grid, TransferFunction};
+use fovol_core::{ClipBox, Grid};
 use fovol_simd::Simd;
 use std::time::{Duration, Instant};
 
@@ -17,36 +18,50 @@ pub struct ShadowGrid {
 }
 
 impl ShadowGrid {
-    /// Sweeps light along `path`, whose step is [`SWEEP_STEP`].
+    /// Sweeps light through all of `volumes` along `path`, whose step is [`SWEEP_STEP`].
     ///
     /// # Errors
     /// Too little memory.
     pub fn new(
-        bricks: &Bricks,
+        volumes: &[ColouredVolume<'_>],
         (grid, clip): (&Grid, &ClipBox),
         path: &LightPath,
-        (transfer, table): (&TransferFunction, &TransferTable),
         simd: Simd,
     ) -> Result<Self, Shortage> {
         let started = Instant::now();
-        let slices = LightSlices::new(bricks.layout().dims, path);
-        let of =
-            |slices_passed: f64| table.transmittance(transfer, SWEEP_STEP * slices.steps * slices_passed);
-        let [transmittance, near_transmittance] = [1.0, FIRST_STRETCH].map(of);
+        let slices = LightSlices::new(grid.dims(), path);
         let planes: Vec<[f32; 4]> =
             clip.planes().in_voxels(grid).map(|plane| plane.map(|weight| weight as f32)).collect();
-        let sweep = LightSweep {
-            bricks,
-            slices,
-            clip: clip.in_voxels(),
-            planes: &planes,
-            transmittance: &transmittance,
-            near_transmittance: &near_transmittance,
-            first_sample: path.delta.map(|delta| slices.near() * slices.steps as f32 * delta),
-            simd,
-        };
-        let swept = sweep.swept()?;
-        let voxels = Bricks::of_bytes(bricks.layout().dims, |voxel, line| swept.put(voxel, line))?;
+        let mut swept = Vec::with_capacity(volumes.len());
+        for ColouredVolume { bricks, transfer, table } in volumes {
+            let of = |passed: f64| table.transmittance(transfer, SWEEP_STEP * slices.steps * passed);
+            let [transmittance, near_transmittance] = [1.0, FIRST_STRETCH].map(of);
+            let sweep = LightSweep {
+                bricks,
+                slices,
+                clip: clip.in_voxels(),
+                planes: &planes,
+                transmittance: &transmittance,
+                near_transmittance: &near_transmittance,
+                first_sample: path.delta.map(|delta| slices.near() * slices.steps as f32 * delta),
+                simd,
+            };
+            swept.push(sweep.swept()?);
+        }
+        let voxels = Bricks::of_bytes(grid.dims(), |voxel, line| put_product(&swept, voxel, line))?;
         Ok(Self { voxels, took: started.elapsed() })
+    }
+}
+
+/// Writes the product of the transmittances `swept` of a line of voxels along x, from `voxel` on.
+fn put_product(swept: &[Swept], voxel: [usize; 3], line: &mut [u8]) {
+    let Some((first, others)) = swept.split_first() else { return line.fill(u8::MAX) };
+    first.put(voxel, line);
+    let mut more = vec![0; if others.is_empty() { 0 } else { line.len() }];
+    for other in others {
+        other.put(voxel, &mut more);
+        for (product, &other) in line.iter_mut().zip(&more) {
+            *product = ((u32::from(*product) * u32::from(other) + 127) / 255) as u8;
+        }
     }
 }

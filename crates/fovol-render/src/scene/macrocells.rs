@@ -72,20 +72,39 @@ impl Macrocells {
     ///
     /// Call it whenever the transfer function or the mode changes.
     pub fn classify(&mut self, transfer: &TransferFunction, mode: RayMode) {
-        let next = next_visible(&visible_buckets(transfer, mode));
-        let bucket = |v: u16| usize::from(v) * BUCKETS / 65536;
-        self.distances[..self.ranges.len()].par_iter_mut().zip(&self.ranges).for_each(|(d, &[low, high])| {
-            *d = if next[bucket(low)] as usize <= bucket(high) { 0 } else { FAR };
-        });
-        if transfer.nan()[3] > 0.0 && !matches!(mode, RayMode::Isosurface(_)) {
-            let cells = self.distances.iter_mut().zip(&self.gaps);
-            cells.filter(|(_, has_gaps)| **has_gaps).for_each(|(d, _)| *d = 0);
-        }
+        self.classify_with(transfer, mode, []);
+    }
+
+    /// [`Self::classify`] for several volumes at the same points: these and `others`, each with its transfer function.
+    pub fn classify_with<'a>(
+        &mut self,
+        transfer: &TransferFunction,
+        mode: RayMode,
+        others: impl IntoIterator<Item = (&'a Self, &'a TransferFunction)>,
+    ) {
+        let mut distances = std::mem::take(&mut self.distances);
+        distances[..self.ranges.len()].fill(FAR);
+        self.mark(transfer, mode, &mut distances);
+        others.into_iter().for_each(|(cells, transfer)| cells.mark(transfer, mode, &mut distances));
+        self.distances = distances;
         let occupied = self.distances[..self.ranges.len()].par_iter().filter(|&&d| d == 0).count();
         self.occupied = occupied as f64 / self.ranges.len() as f64;
         let count = self.ranges.len();
         self.visible = visible(&self.distances[..count], self.cells);
         spread(&mut self.distances[..count], self.cells);
+    }
+
+    /// Sets `distances` to 0 where rays in `mode` may meet anything that `transfer` shows.
+    fn mark(&self, transfer: &TransferFunction, mode: RayMode, distances: &mut [u8]) {
+        let next = next_visible(&visible_buckets(transfer, mode));
+        let bucket = |v: u16| usize::from(v) * BUCKETS / 65536;
+        distances[..self.ranges.len()].par_iter_mut().zip(&self.ranges).for_each(|(d, &[low, high])| {
+            *d = if next[bucket(low)] as usize <= bucket(high) { 0 } else { *d };
+        });
+        if transfer.nan()[3] > 0.0 && !matches!(mode, RayMode::Isosurface(_)) {
+            let cells = distances.iter_mut().zip(&self.gaps);
+            cells.filter(|(_, has_gaps)| **has_gaps).for_each(|(d, _)| *d = 0);
+        }
     }
 
     /// Cells along x, y, z.

@@ -2,6 +2,8 @@
 //!
 //! It holds voxels in bricks, empty space, tables of the transfer function, and the positions of samples along rays.
 
+mod blend;
+mod blend_table;
 mod brick_layout;
 mod brick_lines;
 mod bricks;
@@ -13,6 +15,8 @@ mod ray_result;
 mod segment;
 mod transfer_table;
 
+pub(crate) use blend::{blended, blended_results, extinction};
+pub(crate) use blend_table::BlendTable;
 pub use brick_layout::{BRICK, BrickLayout};
 pub use bricks::{BrickData, Bricks, MaybeNan};
 pub(crate) use extinction_table::{COLOURS, ExtinctionTable};

@@ -53,9 +53,14 @@ impl TransferTable {
 
     /// Transmittance of a way of `length` voxels, 1 − α, for every entry; that of NaN is the last.
     pub fn transmittance(&self, transfer: &TransferFunction, length: f64) -> Vec<f32> {
+        self.opacities(transfer).map(|opacity| (1.0 - opacity).powf(length) as f32).collect()
+    }
+
+    /// Opacity per reference length of every entry; that of NaN is the last.
+    pub fn opacities<'t>(&self, transfer: &'t TransferFunction) -> impl Iterator<Item = f64> + 't {
         let last = self.last();
-        let values = (0..=last).map(|i| i as f64 / last as f64).chain([f64::NAN]);
-        values.map(|value| (1.0 - transfer.evaluate(value)[3]).powf(length) as f32).collect()
+        let values = (0..=last).map(move |i| i as f64 / last as f64).chain([f64::NAN]);
+        values.map(|value| transfer.evaluate(value)[3])
     }
 
     /// The entry of the largest value; the one for NaN is the next.

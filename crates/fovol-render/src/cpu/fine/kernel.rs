@@ -2,8 +2,9 @@
 
 use super::super::few_shadow_rays::{Block, Chooser, FewShadowRays};
 use super::super::field::Texel;
-use super::super::kernel::{Kernel, Lighting, colours};
+use super::super::kernel::{Kernel, Lighting};
 use super::super::march::SampleCount;
+use super::super::medium::{Medium, OneVolume, colours};
 use super::super::packet::{Packet, PerRay};
 use super::super::shadow_pool::ShadowPool;
 use super::super::shadow_rays::Parts;
@@ -19,7 +20,7 @@ use fovol_simd::{MOST_LANES, SimdF32};
 /// The scene that SIMD lanes march primary rays through by fine integration.
 pub struct FineKernel<'a, T: Texel> {
     /// The part that plain integration uses too.
-    pub kernel: Kernel<'a, T>,
+    pub kernel: Kernel<'a, OneVolume<'a, T>>,
     /// Extinction and colour between two display values.
     pub extinction: &'a ExtinctionTable,
 }
@@ -160,7 +161,7 @@ impl<T: Texel> FineKernel<'_, T> {
         let (next, length) = (zero.load(&packet.next.0), zero.load(&packet.length.0));
         let mut front = [0.0; MOST_LANES];
         let p = boundary(start, delta, next.min(length));
-        entry(self.kernel.field.sample(p)).store(&mut front);
+        entry(self.kernel.medium.field.sample(p)).store(&mut front);
         front
     }
 
@@ -186,10 +187,10 @@ impl<T: Texel> FineKernel<'_, T> {
         let length = zero.splat(packet.length.0[lane]);
         let end = (number + one).min(length);
         let at_end = boundary(start, delta, end);
-        let behind = entry(self.kernel.field.sample(at_end));
+        let behind = entry(self.kernel.medium.field.sample(at_end));
         let front = behind.moved_up(first_entry);
         let inside = number.simd_lt(length);
-        let [least, most] = self.kernel.visible;
+        let [least, most] = self.kernel.medium.visible;
         let (high, low) = (front.max(behind), front.min(behind));
         let shown = inside & (high.simd_gt(zero.splat(least)) & low.simd_lt(zero.splat(most)));
         let inside = u64::from(V::bits_of(inside).count_ones());
@@ -202,7 +203,7 @@ impl<T: Texel> FineKernel<'_, T> {
         let front = behind.moved_up(table, first_entry);
         let part = (end - number).max(zero);
         let unit = part * zero.splat(table.unit);
-        let depth = table.means(&front, &behind, kernel.field.has_gaps()) * unit;
+        let depth = table.means(&front, &behind, kernel.medium.field.has_gaps()) * unit;
         if V::bits_of(depth.simd_gt(zero)) == 0 {
             return inside;
         }
@@ -224,11 +225,11 @@ impl<T: Texel> FineKernel<'_, T> {
         let [r, g, b, opacity, numbers] = &mut gathered.sums;
         (zero.load(opacity) + weight).store(opacity);
         weight.mul_add(number, zero.load(numbers)).store(numbers);
-        let rgb = colours(table.colours_between(&front, &behind, kernel.field.has_gaps()));
+        let rgb = colours(table.colours_between(&front, &behind, kernel.medium.field.has_gaps()));
         let mut direct = zero.splat(1.0 - kernel.ambient);
         if let Some(light) = kernel.facing {
             let middle = (number + zero.splat(0.5)).min(length);
-            direct = direct * kernel.facing(boundary(start, delta, middle), light);
+            direct = direct * kernel.medium.facing(boundary(start, delta, middle), light);
         }
         let lit = weight * (zero.splat(kernel.ambient) + direct);
         for (sum, rgb) in [r, g, b].into_iter().zip(rgb) {
@@ -269,9 +270,9 @@ impl<T: Texel> FineKernel<'_, T> {
         let FineScratch { pool, parts, gathered, places, stretches, .. } = scratch;
         let kernel = &self.kernel;
         let to_light = ToLight {
-            field: &kernel.field,
+            field: &kernel.medium.field,
             extinction: self.extinction,
-            shadow_alpha: &kernel.table.shadow_alpha,
+            shadow_alpha: &kernel.medium.table.shadow_alpha,
             path: &kernel.light,
             lighting: &kernel.lighting,
             simd: kernel.simd,

@@ -3,6 +3,7 @@
 use super::super::field::Texel;
 use super::super::kernel::Kernel;
 use super::super::march::{March, SampleCount};
+use super::super::medium::OneVolume;
 use super::super::packet::Packet;
 use super::march::Crossing;
 use crate::scene::{RayResult, SHADOW_START};
@@ -11,7 +12,7 @@ use fovol_simd::{MOST_LANES, SimdF32};
 
 /// The scene whose surface lanes look for.
 pub struct IsosurfaceKernel<'a, T: Texel> {
-    pub kernel: Kernel<'a, T>,
+    pub kernel: Kernel<'a, OneVolume<'a, T>>,
     /// The specification, for the work that is done once a ray.
     pub march: March<'a>,
     /// The display value of the surface.
@@ -92,12 +93,12 @@ impl<T: Texel> IsosurfaceKernel<'_, T> {
     /// Which of the lanes of `mask` have the value of the surface or more at `p`, and which less.
     #[inline(always)]
     fn sides<V: SimdF32>(&self, p: [V; 3], mask: V::Mask) -> Sides {
-        let field = &self.kernel.field;
+        let field = &self.kernel.medium.field;
         let value = field.sample(p);
         let zero = value.splat(0.0);
         let known =
             if field.has_gaps() { mask & value.simd_lt(zero.splat(field.missing - 0.5)) } else { mask };
-        let above = V::bits_of(known & value.simd_ge(zero.splat(self.iso * self.kernel.table.scale())));
+        let above = V::bits_of(known & value.simd_ge(zero.splat(self.iso * self.kernel.medium.table.scale())));
         Sides { above, below: V::bits_of(known) & !above }
     }
 

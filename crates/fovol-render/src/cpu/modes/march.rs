@@ -2,8 +2,8 @@
 
 use super::super::march::{March, SampleCount};
 use super::projected::projected;
-use crate::scene::{LightPath, RayResult, SHADOW_START, Segment};
-use fovol_core::{Ray, RayMode, ShadowMode};
+use crate::scene::{Bricks, LightPath, RayResult, SHADOW_START, Segment, blended_results};
+use fovol_core::{Ray, RayMode, ShadowMode, TransferFunction};
 
 /// How often the part of a ray in which it crosses an isosurface is halved.
 const HALVINGS: u32 = 10;
@@ -17,13 +17,29 @@ impl March<'_> {
         }
     }
 
-    /// Shows the greatest, least or mean value along `ray`. NaN counts only where there is nothing else.
+    /// Shows the greatest, least or mean value along `ray`; of several volumes each on its own, blended.
     fn projection_ray(&self, ray: &Ray, count: &mut SampleCount) -> RayResult {
+        let own = self.projection_of((self.bricks, self.transfer), ray, count);
+        if self.layers.is_empty() {
+            return own;
+        }
+        let others = self.layers.iter().map(|layer| self.projection_of((&layer.bricks, &layer.transfer), ray, count));
+        let all: Vec<RayResult> = std::iter::once(own).chain(others).collect();
+        blended_results(&all, self.background.map(|c| c as f32))
+    }
+
+    /// Shows the greatest, least or mean value of one volume along `ray`. NaN counts only where there is nothing else.
+    fn projection_of(
+        &self,
+        (bricks, transfer): (&Bricks, &TransferFunction),
+        ray: &Ray,
+        count: &mut SampleCount,
+    ) -> RayResult {
         let segment = self.segments().of(ray);
         let (mut shown, mut number, mut known) = (f64::NAN, 0.0, 0.0);
         for k in 0..segment.count {
             count.primary += 1;
-            let value = f64::from(self.bricks.sample(segment.position(k)));
+            let value = f64::from(bricks.sample(segment.position(k)));
             if value.is_nan() {
                 continue;
             }
@@ -45,7 +61,7 @@ impl March<'_> {
         if segment.count == 0 {
             return RayResult::nothing(background);
         }
-        projected(self.transfer, background, shown, self.segments().distance(segment.distance, number as f32))
+        projected(transfer, background, shown, self.segments().distance(segment.distance, number as f32))
     }
 
     /// Shows the first place along `ray` where values cross `iso`.

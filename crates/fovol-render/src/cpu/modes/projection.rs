@@ -3,6 +3,7 @@
 use super::super::field::Texel;
 use super::super::kernel::Kernel;
 use super::super::march::SampleCount;
+use super::super::medium::OneVolume;
 use super::super::packet::{Aligned, Packet, PerRay};
 use super::projected::projected;
 use crate::scene::RayResult;
@@ -31,7 +32,7 @@ impl Projection {
 
 /// The scene whose values lanes project.
 pub struct ProjectionKernel<'a, T: Texel> {
-    pub kernel: Kernel<'a, T>,
+    pub kernel: Kernel<'a, OneVolume<'a, T>>,
     pub transfer: &'a TransferFunction,
     pub projection: Projection,
 }
@@ -105,7 +106,7 @@ impl<T: Texel> ProjectionKernel<'_, T> {
             number.mul_add(delta[1], start[1]),
             number.mul_add(delta[2], start[2]),
         ];
-        let field = &self.kernel.field;
+        let field = &self.kernel.medium.field;
         let value = field.sample(p);
         let inside = number.simd_lt(zero.splat(packet.samples.0[lane]));
         let known =
@@ -136,7 +137,7 @@ impl<T: Texel> ProjectionKernel<'_, T> {
         let kernel = &self.kernel;
         let known: f32 = found.known.0.iter().sum();
         // Skipped space shows nothing, nor does a ray that met nothing else.
-        if packet.samples.0[lane] == 0.0 || (known == 0.0 && !kernel.field.has_gaps()) {
+        if packet.samples.0[lane] == 0.0 || (known == 0.0 && !kernel.medium.field.has_gaps()) {
             return RayResult::nothing(kernel.background);
         }
         let (value, number) = match self.projection {
@@ -147,7 +148,7 @@ impl<T: Texel> ProjectionKernel<'_, T> {
             Projection::Greatest | Projection::Least => found.best(self.projection),
         };
         let depth = kernel.segments.distance(packet.distance.0[lane], number);
-        let value = f64::from(value) / f64::from(kernel.table.scale());
+        let value = f64::from(value) / f64::from(kernel.medium.table.scale());
         projected(self.transfer, kernel.background, value, depth)
     }
 }

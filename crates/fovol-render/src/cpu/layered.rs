@@ -1,0 +1,141 @@
+//! Several volumes at the same points, and volumes whose voxels have colours, as lanes see them.
+
+use super::field::{AnyType, AnyValues, Field, InlinedAnyType, with_field};
+use super::medium::{Medium, OneVolume, WayToLight};
+use super::shadow_pool::ShadowPool;
+use super::shadow_rays::{Parts, ShadowRays};
+use crate::scene::{BlendTable, Bricks};
+use fovol_simd::{Simd, SimdF32, SimdF32Op};
+
+/// Several volumes at the same points.
+pub struct Layered<'a>(pub Vec<Layer<'a>>);
+
+/// One of several volumes.
+pub struct Layer<'a> {
+    /// The voxels.
+    bricks: &'a Bricks,
+    /// The volume as a medium of its own.
+    own: OneVolume<'a, InlinedAnyType>,
+    /// Extinction of every entry of its table.
+    extinction: &'a [f32],
+    /// Red, green and blue of the voxels, where these have colours.
+    colours: Option<[Field<'a, InlinedAnyType>; 3]>,
+}
+
+impl<'a> Layer<'a> {
+    /// The volume of `bricks`, whose voxels may have `colours`, with `table`.
+    pub fn new(
+        (bricks, colours): (&'a Bricks, Option<&'a [Bricks; 3]>),
+        voxel_size: [f32; 3],
+        table: &'a BlendTable,
+    ) -> Self {
+        let field = |bricks: &'a Bricks, unit: f32| {
+            Field::<InlinedAnyType>::new(bricks, AnyValues::new(bricks), unit)
+        };
+        let own = OneVolume::new(field(bricks, table.transfer.scale()), voxel_size, &table.transfer);
+        let colours = colours.map(|colours| colours.each_ref().map(|channel| field(channel, 1.0)));
+        Self { bricks, own, extinction: &table.extinction, colours }
+    }
+
+    /// Extinction at `p` where the table may show anything, and 0 elsewhere.
+    #[inline(always)]
+    fn extinction<V: SimdF32>(&self, entry: V, shown: V::Mask) -> V {
+        let zero = entry.splat(0.0);
+        // SAFETY: the field is scaled to indices of the table.
+        let extinction = unsafe { V::gather(self.extinction, entry.to_i32()) };
+        V::select(shown, extinction, zero)
+    }
+}
+
+impl Medium for Layered<'_> {
+    #[inline(always)]
+    fn appearance<V: SimdF32>(&self, p: [V; 3], inside: V::Mask) -> Option<(V, [V; 3])> {
+        let (zero, one) = (p[0].splat(0.0), p[0].splat(1.0));
+        let (mut clear, mut whole, mut sums) = (one, zero, [zero; 3]);
+        let mut is_empty = true;
+        for layer in &self.0 {
+            let (entry, shown) = layer.own.entry(p, inside);
+            if V::bits_of(shown) == 0 {
+                continue;
+            }
+            is_empty = false;
+            let weight = layer.extinction(entry, shown);
+            let Some((alpha, of_table)) = layer.own.appearance(p, inside) else { continue };
+            let rgb = match &layer.colours {
+                Some(colours) => [colours[0].sample(p), colours[1].sample(p), colours[2].sample(p)],
+                None => of_table,
+            };
+            clear = clear * (one - alpha);
+            whole = whole + weight;
+            for c in 0..3 {
+                sums[c] = weight.mul_add(rgb[c], sums[c]);
+            }
+        }
+        if is_empty {
+            return None;
+        }
+        let share = V::select(whole.simd_gt(zero), one / whole, zero);
+        Some((one - clear, [sums[0] * share, sums[1] * share, sums[2] * share]))
+    }
+
+    /// The mean of the volumes' own factors, weighted by their extinction.
+    #[inline(always)]
+    fn facing<V: SimdF32>(&self, p: [V; 3], light: [f32; 3]) -> V {
+        let (zero, one) = (p[0].splat(0.0), p[0].splat(1.0));
+        let all = zero.mask_of(u32::MAX >> (32 - V::N));
+        let (mut whole, mut sum) = (zero, zero);
+        for layer in &self.0 {
+            let (entry, shown) = layer.own.entry(p, all);
+            let weight = layer.extinction(entry, shown);
+            whole = whole + weight;
+            sum = weight.mul_add(layer.own.facing(p, light), sum);
+        }
+        V::select(whole.simd_gt(zero), sum / whole, one)
+    }
+
+    #[inline(always)]
+    fn shadow_alpha<V: SimdF32>(&self, p: [V; 3]) -> V {
+        let one = p[0].splat(1.0);
+        let mut clear = one;
+        for layer in &self.0 {
+            clear = clear * (one - layer.own.shadow_alpha(p));
+        }
+        one - clear
+    }
+
+    /// Traces all rays through one volume after another, and multiplies their transmittances.
+    fn trace(&self, to_light: &WayToLight<'_>, pool: &mut ShadowPool, parts: &mut Parts) -> u64 {
+        let mut taken = 0;
+        let mut product = Vec::new();
+        for layer in &self.0 {
+            taken += layer.trace(to_light, pool, parts);
+            let arrived = pool.transmittance();
+            if product.is_empty() {
+                product.extend_from_slice(arrived);
+            } else {
+                product.iter_mut().zip(arrived).for_each(|(product, arrived)| *product *= *arrived);
+            }
+        }
+        pool.transmittance().copy_from_slice(&product);
+        taken
+    }
+
+    fn in_vectors<W: SimdF32Op>(simd: Simd, work: W) -> W::Output {
+        simd.in_vectors(work)
+    }
+}
+
+impl Layer<'_> {
+    fn trace(&self, to_light: &WayToLight<'_>, pool: &mut ShadowPool, parts: &mut Parts) -> u64 {
+        let unit = self.own.table.scale();
+        let (alpha, light) = (&self.own.table.shadow_alpha[..], to_light.path);
+        let columns = to_light.columns;
+        if to_light.simd == Simd::Portable {
+            let field = Field::<AnyType>::new(self.bricks, AnyValues::new(self.bricks), unit);
+            return ShadowRays { field: &field, alpha, light, columns }.trace(to_light.simd, pool, parts);
+        }
+        with_field!(self.bricks, unit, field => {
+            ShadowRays { field: &field, alpha, light, columns }.trace(to_light.simd, pool, parts)
+        })
+    }
+}

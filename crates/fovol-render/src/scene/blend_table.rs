@@ -1,0 +1,21 @@
+use super::blend::extinction;
+use super::transfer_table::TransferTable;
+use fovol_core::TransferFunction;
+
+/// Tables of the transfer function of one of several volumes.
+#[derive(Debug, Clone)]
+pub struct BlendTable {
+    /// Opacity and colour.
+    pub transfer: TransferTable,
+    /// Extinction per reference length of every entry: the weight of its colour.
+    pub extinction: Vec<f32>,
+}
+
+impl BlendTable {
+    /// The tables of `transfer` for primary steps of `step` voxels.
+    pub fn new(transfer: &TransferFunction, step: f64) -> Self {
+        let table = TransferTable::new(transfer, step);
+        let extinction = table.opacities(transfer).map(|opacity| extinction(opacity) as f32).collect();
+        Self { transfer: table, extinction }
+    }
+}
