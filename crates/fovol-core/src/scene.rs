@@ -199,12 +199,16 @@ impl Scene {
 
     fn check_layers(&self) -> Result<()> {
         if self.layers.len() >= MOST_VOLUMES {
-            return Err(Error::Layers(format!("at most {MOST_VOLUMES} can be shown, not {}", self.layers.len() + 1)));
+            return Err(Error::Layers(format!(
+                "at most {MOST_VOLUMES} can be shown, not {}",
+                self.layers.len() + 1
+            )));
         }
         let own = self.colours.iter().flatten();
-        let others = self.layers.iter().flat_map(|layer| {
-            std::iter::once(&layer.volume).chain(layer.colours.iter().flatten())
-        });
+        let others = self
+            .layers
+            .iter()
+            .flat_map(|layer| std::iter::once(&layer.volume).chain(layer.colours.iter().flatten()));
         check_dims(own.chain(others), self.volume.grid())?;
         let have_colours = self.colours.is_some() || self.layers.iter().any(|layer| layer.colours.is_some());
         match self.mode {

@@ -55,9 +55,8 @@ impl Volume {
             stop::point();
             for (x, out) in line.iter_mut().enumerate() {
                 let voxel = [x, row % ny, row / ny];
-                let of = |(channel, weight): (&Arc<Self>, f64)| {
-                    weight * channel.normalised(channel.value(voxel))
-                };
+                let of =
+                    |(channel, weight): (&Arc<Self>, f64)| weight * channel.normalised(channel.value(voxel));
                 let luminance: f64 = colours.iter().zip(LUMINANCE).map(of).sum();
                 *out = (255.0 * luminance).round() as u8;
             }

@@ -103,12 +103,8 @@ fn results(scene: &Scene, camera: &Camera) -> Vec<fovol_render::scene::RayResult
 fn a_volume_twice_is_a_denser_one() {
     let volume = Arc::new(volumes().remove(0).1);
     let mut once = Scene::new(Arc::clone(&volume), transfer());
-    let layer = Layer {
-        volume,
-        transfer_function: transfer(),
-        colours: None,
-        interpolation: Interpolation::Linear,
-    };
+    let layer =
+        Layer { volume, transfer_function: transfer(), colours: None, interpolation: Interpolation::Linear };
     let twice = Scene { layers: vec![layer], ..once.clone() };
     let single = transfer();
     let doubled = single.points().iter().map(|point| {

@@ -4,8 +4,7 @@
 use flate2::read::GzDecoder;
 use fovol_core::{
     Camera, CameraPath, ClipBox, ClipPlane, ClipPlanes, ControlPoint, Dtype, FrameSize, Grid, Interpolation,
-    Layer, Light,
-    RayMode, Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume,
+    Layer, Light, RayMode, Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume,
 };
 use fovol_render::cpu::{RenderOptions, Renderer, available_simd};
 use serde::Deserialize;

@@ -151,7 +151,7 @@ fn a_part_looks_as_it_looks_in_the_whole() {
         }
     };
     let volume = Volume::from_values(grid, (0..grid.voxels()).map(value).collect()).unwrap();
-    let volume = OpenVolume { volume: Arc::new(volume), source: "part".into(), procedural: None };
+    let volume = OpenVolume::of(Arc::new(volume), "part");
     let whole = RenderSettings { transfer_function: "grey".into(), sampling: Sampling::Full, ..begin() };
     let part = RenderSettings { crop: Some([0.2, 0.55, 0.2, 0.7, 0.2, 0.9].into()), ..whole.clone() };
     let [whole, part] = [whole, part].map(|settings| {

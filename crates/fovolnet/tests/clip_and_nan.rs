@@ -11,7 +11,7 @@ use std::sync::Arc;
 const SIZE: FrameSize = FrameSize { width: 48, height: 36 };
 
 fn open(volume: Volume) -> OpenVolume {
-    OpenVolume { volume: Arc::new(volume), source: "made".into(), procedural: None }
+    OpenVolume::of(Arc::new(volume), "made")
 }
 
 fn settings(tf: &str) -> RenderSettings {

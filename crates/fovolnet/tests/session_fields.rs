@@ -4,9 +4,9 @@ use fovolnet::core::{
     Dtype, Endian, Frame, Integration, Interpolation, Projection, ShadowMode, SurfaceShading,
 };
 use fovolnet::{
-    CropBox, Density, Device, Guide, Mode, NamedView, NanColour, Orientation, Pipeline, PlannedFrames,
-    PlannedPipeline, Quality, Reconstruction, RenderOverrides, Sampling, Session, SpeedSettings,
-    TransferRange, ValueScale, VolumeSettings, Way, open_volume,
+    ComponentChoice, CropBox, Density, Device, Guide, Mode, NamedView, NanColour, Orientation, Pipeline,
+    PlannedFrames, PlannedPipeline, Quality, Reconstruction, RenderOverrides, Sampling, Session,
+    SpeedSettings, TransferRange, ValueScale, VolumeSettings, Way, open_volume,
 };
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -39,8 +39,9 @@ fn everything(volume: &Path) -> Session {
         range: Some([0.0, 65535.0]),
         window: None,
         array: None,
-        component: Some(0),
-        channel: Some(0),
+        component: Some(ComponentChoice::Number(0)),
+        channel: Some(0.into()),
+        overlay: None,
         time: Some(0),
         level: Some(0),
         series: None,
@@ -91,7 +92,15 @@ fn everything(volume: &Path) -> Session {
     };
     let session = Session::new(volume.to_str().unwrap(), read, render).unwrap();
     let session = Session { plan: vec![planned(1.0)], ..session };
-    let Session { volume: _, volume_sha256: _, weights_sha256: _, read: _, render: _, plan: _ } = &session;
+    let Session {
+        volume: _,
+        volume_sha256: _,
+        overlay_sha256: _,
+        weights_sha256: _,
+        read: _,
+        render: _,
+        plan: _,
+    } = &session;
     session
 }
 
@@ -120,8 +129,14 @@ fn steps() -> Vec<Step> {
         },
         Step {
             shows: Shows::AsAWarning,
+            from: |s| s.read.overlay = Some(vec!["head".parse().unwrap()]),
+            ..step("overlay-sha256", |s| s.overlay_sha256 = vec!["0".repeat(64)])
+        },
+        Step {
+            shows: Shows::AsAWarning,
             ..step("weights-sha256", |s| s.weights_sha256 = Some("0".repeat(64)))
         },
+        step("read.overlay", |s| s.read.overlay = Some(vec!["marschner-lobb@viridis".parse().unwrap()])),
         step("read.dims", |s| s.read.dims = Some([32, 16, 8])),
         step("read.dtype", |s| s.read.dtype = Some(Dtype::I16)),
         step("read.endian", |s| s.read.endian = Some(Endian::Big)),
@@ -140,11 +155,11 @@ fn steps() -> Vec<Step> {
         },
         Step {
             from: |s| another_file(s, "components.mha"),
-            ..step("read.component", |s| s.read.component = Some(1))
+            ..step("read.component", |s| s.read.component = Some(ComponentChoice::Number(1)))
         },
         Step {
             from: |s| another_file(s, "channels.tif"),
-            ..step("read.channel", |s| s.read.channel = Some(1))
+            ..step("read.channel", |s| s.read.channel = Some(1.into()))
         },
         Step { from: |s| another_file(s, "channels.tif"), ..step("read.time", |s| s.read.time = Some(1)) },
         Step { from: |s| another_file(s, "levels.zarr"), ..step("read.level", |s| s.read.level = Some(1)) },

@@ -1,7 +1,7 @@
 use crate::second_file::SecondFile;
 use crate::{console, outputs};
 use anyhow::Result;
-use fovolnet::{VolumeSettings, io::volume, open_volume, parse};
+use fovolnet::{VolumeSettings, io::volume, open_single_volume, parse};
 use std::path::PathBuf;
 
 /// Convert between volume formats
@@ -20,7 +20,7 @@ pub struct Convert {
 
 impl Convert {
     pub fn run(self) -> Result<()> {
-        let opened = open_volume(&self.input, &self.read)?;
+        let opened = open_single_volume(&self.input, &self.read)?;
         console::remark(&opened);
         outputs::check([&*self.output])?;
         let notes = volume::write_with(&opened.volume, &self.output, self.second.beside())?;

@@ -6,7 +6,7 @@ use fovolnet::core::{ChannelDisplay, Placement, Space, Volume, path_of_text};
 use fovolnet::gpu::DeviceType;
 use fovolnet::io::volume::dicom::{self, Series};
 use fovolnet::render::cpu::{available_simd, best_simd};
-use fovolnet::{Machine, OpenVolume, Session, VolumeSettings, open_volume, parse, presets};
+use fovolnet::{Machine, OpenVolume, Session, VolumeSettings, open_single_volume, parse, presets};
 use glam::DMat3;
 use serde::Serialize;
 
@@ -255,7 +255,7 @@ impl Info {
             bail!("no volume is named; give a file, --devices, or --transfer-functions")
         };
         refuse_session(name)?;
-        let opened = open_volume(name, &self.read)?;
+        let opened = open_single_volume(name, &self.read)?;
         outputs::check(self.json.file())?;
         opened.notes().iter().for_each(console::note);
         let volume = &opened.volume;

@@ -51,8 +51,11 @@ impl Renderer {
                 Layered::in_vectors(simd, InVectors { kernel, rays, pixels, scratch, out: &mut out })
             }
             _ if !self.is_layered() => {
-                let volume =
-                    ColouredVolume { bricks: &self.bricks, transfer: &self.transfer, table: &self.prepared.table };
+                let volume = ColouredVolume {
+                    bricks: &self.bricks,
+                    transfer: &self.transfer,
+                    table: &self.prepared.table,
+                };
                 self.march_volume(volume, (rays, pixels, few), scratch, &mut out)
             }
             _ => self.march_projections((rays, pixels), scratch, &mut out),
@@ -68,11 +71,14 @@ impl Renderer {
         out: &mut Vec<RayResult>,
     ) -> SampleCount {
         let mut count = SampleCount::default();
-        let of_volumes: Vec<Vec<RayResult>> = self.volumes().map(|volume| {
-            let mut results = Vec::with_capacity(pixels.len());
-            count += self.march_volume(volume, (rays, pixels, None), scratch, &mut results);
-            results
-        }).collect();
+        let of_volumes: Vec<Vec<RayResult>> = self
+            .volumes()
+            .map(|volume| {
+                let mut results = Vec::with_capacity(pixels.len());
+                count += self.march_volume(volume, (rays, pixels, None), scratch, &mut results);
+                results
+            })
+            .collect();
         let background = self.background();
         out.extend((0..pixels.len()).map(|pixel| {
             let results: Vec<RayResult> = of_volumes.iter().map(|results| results[pixel]).collect();

@@ -4,7 +4,9 @@
 
 use super::few_shadow_rays::{Chosen, choose_places};
 use super::prepared_layer::PreparedLayer;
-use crate::scene::{Bricks, LightPath, RayResult, SHADOW_START, SHADOW_STEP, Segments, blended, corrected_opacity, extinction};
+use crate::scene::{
+    Bricks, LightPath, RayResult, SHADOW_START, SHADOW_STEP, Segments, blended, corrected_opacity, extinction,
+};
 use fovol_core::{ClipBox, Grid, Ray, RayMode, Shading, ShadowMode, SurfaceShading, TransferFunction};
 
 /// A primary ray ends at this accumulated opacity.

@@ -29,8 +29,8 @@ impl PreparedLayer {
 
     /// Goes over to the transfer function and interpolation of `layer`; returns whether anything changed.
     pub fn change(&mut self, layer: &Layer) -> bool {
-        let is_new = self.transfer != layer.transfer_function
-            || self.bricks.interpolation() != layer.interpolation;
+        let is_new =
+            self.transfer != layer.transfer_function || self.bricks.interpolation() != layer.interpolation;
         self.transfer = layer.transfer_function.clone();
         self.bricks.set_interpolation(layer.interpolation);
         is_new

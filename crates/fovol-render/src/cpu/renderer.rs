@@ -94,7 +94,8 @@ impl Renderer {
             }
             ShadowMode::On | ShadowMode::Off => 0,
         };
-        let colours = scene.colours.iter().chain(scene.layers.iter().filter_map(|layer| layer.colours.as_ref()));
+        let colours =
+            scene.colours.iter().chain(scene.layers.iter().filter_map(|layer| layer.colours.as_ref()));
         let volumes = std::iter::once(&scene.volume).chain(scene.layers.iter().map(|layer| &layer.volume));
         let bricks = volumes.chain(colours.flatten()).map(|volume| Bricks::bytes_of(volume)).sum();
         let cells = Macrocells::bytes_of(scene.volume.grid().dims());
@@ -294,8 +295,7 @@ impl Renderer {
             let Self { grid, clip, shading, .. } = &*self;
             let path = LightPath::new(&shading.light, grid, clip, SWEEP_STEP);
             let volumes: Vec<_> = self.volumes().collect();
-            self.shadow_grid =
-                Some(ShadowGrid::new(&volumes, (grid, clip), &path, self.options.simd)?);
+            self.shadow_grid = Some(ShadowGrid::new(&volumes, (grid, clip), &path, self.options.simd)?);
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-use super::error::Result;
+use super::error::{Error, Result};
 use super::light_columns::{self, ColumnNumbers};
 use super::scene_kind::{SceneKind, scene_layout};
 use super::shadow_grid::{ShadowGridPass, shadow_texture};
@@ -67,7 +67,7 @@ impl DeviceScene {
     /// # Errors
     /// Numbers of the scene that cannot be rendered with, a device that is lost or has no memory left.
     pub fn set(&mut self, scene: &Scene, shadows: &ShadowGridPass) -> Result<()> {
-        scene.check()?;
+        check(scene)?;
         if self.contents.change(scene) {
             self.group = self.contents.bind(shadows)?;
         }
@@ -129,6 +129,15 @@ impl DeviceScene {
     }
 }
 
+/// Checks that `scene` can be rendered on a GPU: its numbers are valid, and it shows one volume without colours of its own.
+fn check(scene: &Scene) -> Result<()> {
+    scene.check()?;
+    if scene.is_layered() {
+        return Err(Error::Layers);
+    }
+    Ok(())
+}
+
 /// Sources of a grid of shadows, besides the volume. No step changes it.
 #[derive(Debug, Clone, PartialEq)]
 struct GridSource {
@@ -175,7 +184,7 @@ impl Contents {
     /// # Errors
     /// Numbers of the scene that cannot be rendered with, a volume that exceeds the device's limits or memory.
     pub fn new(gpu: &Gpu, scene: &Scene, filtering: Filtering) -> Result<Self> {
-        scene.check()?;
+        check(scene)?;
         // Bricks are freed after the upload.
         let bricks = Bricks::of_volume(&scene.volume).map_err(fovol_core::Error::from)?;
         let mut cells = Macrocells::new(&bricks).map_err(fovol_core::Error::from)?;

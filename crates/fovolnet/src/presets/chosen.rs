@@ -18,7 +18,12 @@ const GREY_OPACITY: f64 = 0.3;
 /// # Errors
 /// An unknown name, a file that cannot be read or is invalid.
 pub fn find(what: &str, volume: &OpenVolume) -> Result<TransferFunction> {
-    Ok(load(&what.into(), volume)?.as_meant().over(volume.volume.range()))
+    of_choice(&what.into(), volume)
+}
+
+/// Transfer function `what` for `volume`, in the place that it means and over the displayed range.
+pub(crate) fn of_choice(what: &TransferChoice, volume: &OpenVolume) -> Result<TransferFunction> {
+    Ok(load(what, volume)?.as_meant().over(volume.volume.range()))
 }
 
 /// Transfer function that `settings` choose for `volume`, over the displayed range: see [`find`].
@@ -120,8 +125,14 @@ pub(crate) fn json_of_file(what: &TransferChoice, place: Option<TransferRange>) 
     Some(TransferChoice::Json(super::text(&transfer)))
 }
 
+/// The component of coloured voxels that is their opacity.
+const ALPHA: usize = 3;
+
 /// Automatic transfer function of `volume`.
 fn automatic_for(volume: &OpenVolume) -> TransferFunction {
+    if volume.colours.is_some() && volume.volume.contents().component == ALPHA {
+        return TransferFunction::grey_ramp(1.0);
+    }
     let own = volume.procedural.and_then(|kind| preset(kind.name()));
     let of_file = || label_colours(&volume.volume).or_else(|| channel_colour(&volume.volume));
     own.or_else(of_file).unwrap_or_else(|| automatic(&volume.volume))
@@ -140,7 +151,7 @@ mod tests {
     fn opened(values: Vec<u8>) -> OpenVolume {
         let grid = Grid::new([values.len(), 1, 1], [1.0; 3]).unwrap();
         let volume = Arc::new(Volume::from_values(grid, values).unwrap());
-        OpenVolume { volume, source: "test".into(), procedural: None }
+        OpenVolume::of(volume, "test")
     }
 
     #[test]

@@ -11,6 +11,7 @@ pub use automatic::automatic;
 pub(crate) use automatic::otsu;
 pub(crate) use catalogue::is_name;
 pub use catalogue::{Kind, kinds, names, text};
+pub(crate) use chosen::of_choice;
 pub use chosen::{chosen, find};
 #[cfg(feature = "files")]
 pub(crate) use chosen::{json_of_file, of_json};

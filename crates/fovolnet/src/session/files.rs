@@ -1,7 +1,7 @@
 //! Files that a session's settings name. Reading a session finds them; writing one embeds their contents.
 
 use crate::settings::toml_text;
-use crate::{GazeChoice, PathChoice, RenderOverrides, TransferChoice, presets};
+use crate::{GazeChoice, PathChoice, RenderOverrides, TransferChoice, VolumeSettings, presets};
 use fovol_core::{path_of_text, text_of_path};
 use fovol_net::Weights;
 use std::path::{Path, PathBuf};
@@ -15,11 +15,39 @@ pub fn find(folder: &Path, render: &mut RenderOverrides) {
     };
     toml_files(render).into_iter().for_each(search);
     weights_file(render).into_iter().for_each(search);
-    if let Some(TransferChoice::File(tf)) = &mut render.tf {
+    find_transfer(folder, render.tf.as_mut());
+}
+
+/// Resolves the file of `choice`, if it names one, for a session in `folder`.
+fn find_transfer(folder: &Path, choice: Option<&mut TransferChoice>) {
+    if let Some(TransferChoice::File(tf)) = choice {
         let (file, part) = tf.rsplit_once('#').map_or((&**tf, ""), |(file, _)| (file, &tf[file.len()..]));
         let whole = found(folder, tf);
         if let Some(found) = whole.or_else(|| Some(found(folder, file)? + part)) {
             *tf = found;
+        }
+    }
+}
+
+/// Resolves file names of further volumes in `read` for a session in `folder`.
+pub fn find_layers(folder: &Path, read: &mut VolumeSettings) {
+    for layer in read.overlay.iter_mut().flatten() {
+        if let Some(found) = found(folder, &layer.source) {
+            layer.source = found;
+        }
+        find_transfer(folder, Some(&mut layer.transfer_function));
+    }
+}
+
+/// Makes file names of further volumes in `read` absolute, and replaces transfer functions in files by their contents.
+pub fn take_in_layers(read: &mut VolumeSettings) {
+    for layer in read.overlay.iter_mut().flatten() {
+        let path = path_of_text(&layer.source).into_owned();
+        if path.exists() {
+            layer.source = absolute(&path);
+        }
+        if let Some(json) = presets::json_of_file(&layer.transfer_function, None) {
+            layer.transfer_function = json;
         }
     }
 }

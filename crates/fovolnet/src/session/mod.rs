@@ -2,7 +2,8 @@ mod files;
 
 use crate::settings::toml_text;
 use crate::{
-    Error, PlannedFrames, RenderOverrides, Result, Sampling, TransferChoice, VolumeSettings, presets,
+    Error, LayerChoice, PlannedFrames, RenderOverrides, Result, Sampling, TransferChoice, VolumeSettings,
+    presets,
 };
 use fovol_core::{input, path_of_text};
 use fovol_net::Weights;
@@ -21,6 +22,9 @@ pub struct Session {
     /// SHA-256 of the volume's file, if it is a file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume_sha256: Option<String>,
+    /// SHA-256 of the files of further volumes, in order; empty where one is no file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub overlay_sha256: Vec<String>,
     /// SHA-256 of the weights, if a network with known weights reconstructs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weights_sha256: Option<String>,
@@ -60,7 +64,16 @@ impl Session {
         read.array = read.array.or(array);
         let volume_sha256 = if path.is_file() { Some(sha256(&path)?) } else { None };
         let volume = if path.exists() { files::absolute(&path) } else { source.to_owned() };
-        Ok(Self { volume, volume_sha256, weights_sha256: None, read, render, plan: Vec::new() })
+        let overlay_sha256 = hashes_of_layers(&read)?;
+        Ok(Self {
+            volume,
+            volume_sha256,
+            overlay_sha256,
+            weights_sha256: None,
+            read,
+            render,
+            plan: Vec::new(),
+        })
     }
 
     /// Reads a session file. Relative paths count from its folder. Absolute paths that no longer exist are looked for
@@ -83,6 +96,7 @@ impl Session {
             session.volume = found;
         }
         files::find(folder, &mut session.render);
+        files::find_layers(folder, &mut session.read);
         Ok(session)
     }
 
@@ -123,11 +137,14 @@ impl Session {
         presets::of_json(text).map(drop).map_err(of_file)
     }
 
-    /// Whether the volume's file still has the hash in the session; true if there is no hash.
+    /// Whether the files of the volumes still have the hashes in the session; true if there are none.
     ///
     /// # Errors
-    /// Errors of reading the file.
+    /// Errors of reading a file.
     pub fn volume_is_unchanged(&self) -> Result<bool> {
+        if !self.overlay_sha256.is_empty() && hashes_of_layers(&self.read)? != self.overlay_sha256 {
+            return Ok(false);
+        }
         let path = path_of_text(&self.volume);
         match &self.volume_sha256 {
             Some(expected) if path.is_file() => Ok(sha256(&path)? == *expected),
@@ -143,6 +160,7 @@ impl Session {
         let weights_sha256 = self.hash_of_weights().ok().flatten();
         let mut sealed = Self { weights_sha256, ..self };
         files::take_in(&mut sealed.render);
+        files::take_in_layers(&mut sealed.read);
         sealed
     }
 
@@ -176,6 +194,15 @@ impl Session {
         let shipped = Weights::shipped_file(name);
         Ok(shipped.map(|file| hex(&Sha256::digest(file))))
     }
+}
+
+/// SHA-256 of the files of further volumes; empty where one is no file.
+fn hashes_of_layers(read: &VolumeSettings) -> Result<Vec<String>> {
+    let of = |layer: &LayerChoice| {
+        let path = path_of_text(&layer.source);
+        if path.is_file() { sha256(&path) } else { Ok(String::new()) }
+    };
+    read.overlay.iter().flatten().map(of).collect()
 }
 
 /// Advice for `problem`, unless its message already lists the accepted words.

@@ -3,11 +3,14 @@
 
 mod as_text;
 mod camera_choice;
+mod channel_choice;
 mod choice;
+mod component_choice;
 mod crop_box;
 mod density;
 mod gaze_choice;
 mod guide;
+mod layer_choice;
 mod mode;
 mod nan_colour;
 mod orientation;
@@ -31,11 +34,14 @@ mod volume;
 mod weights_choice;
 
 pub use camera_choice::CameraChoice;
+pub use channel_choice::ChannelChoice;
 pub use choice::Choice;
+pub use component_choice::{ComponentChoice, Rgb};
 pub use crop_box::CropBox;
 pub use density::Density;
 pub use gaze_choice::GazeChoice;
 pub use guide::Guide;
+pub use layer_choice::LayerChoice;
 pub use mode::Mode;
 pub use nan_colour::NanColour;
 pub use orientation::{NamedView, Orientation};

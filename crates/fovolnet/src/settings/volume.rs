@@ -1,6 +1,7 @@
 use super::overlay::overlay;
 #[cfg(feature = "clap")]
 use super::parse;
+use super::{ChannelChoice, ComponentChoice, LayerChoice};
 use serde::{Deserialize, Serialize};
 
 overlay! {
@@ -30,12 +31,14 @@ pub struct VolumeSettings {
     /// Array of values to read, by its name, where a file has several
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     pub array: Option<String>,
-    /// Component of each voxel to show, if there are several, from 0 on [default: 0]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
-    pub component: Option<usize>,
-    /// Channel to read, if there are several, from 0 on [default: 0]
+    /// Component of each voxel to show, if there are several, from 0 on, or rgb: three or four components as colours
+    /// [default: rgb where the file says that they are colours, else 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N|rgb"))]
+    pub component: Option<ComponentChoice>,
+    /// Channel to show, if there are several, from 0 on, or up to four to blend, such as 0,2 [default: those that have
+    /// colours in the file, blended, else 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "C"))]
-    pub channel: Option<usize>,
+    pub channel: Option<ChannelChoice>,
     /// Time point to read, if there are several, from 0 on [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
     pub time: Option<usize>,
@@ -45,6 +48,9 @@ pub struct VolumeSettings {
     /// Series of a DICOM folder to read: its UID, or its number from 1 on as `info` lists them [default: the one with most slices]
     #[cfg_attr(feature = "clap", arg(long, value_name = "UID|N"))]
     pub series: Option<String>,
+    /// A further volume on the box of the first, blended with it, with its transfer function after an @; up to 3 times
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE[@TF]"))]
+    pub overlay: Option<Vec<LayerChoice>>,
     /// Average N×N×N voxels to one, for a volume that is too large for a device [default: 1]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub downsample: Option<usize>,
@@ -81,8 +87,8 @@ impl VolumeSettings {
             spacing: self.spacing,
             range: self.shown_range(),
             array: self.array.clone(),
-            component: self.component,
-            channel: self.channel,
+            component: self.component.and_then(ComponentChoice::number),
+            channel: self.channel.as_ref().and_then(ChannelChoice::first),
             time: self.time,
             level: self.level,
             series: self.series.clone(),

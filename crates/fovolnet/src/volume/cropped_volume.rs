@@ -1,5 +1,5 @@
-use crate::{CropBox, Result};
-use fovol_core::{Camera, ClipBox, Scene, Volume};
+use crate::{CropBox, OpenVolume, Result};
+use fovol_core::{Camera, ClipBox, Layer, Scene, Volume, VoxelColours};
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,6 +11,9 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct CroppedVolume {
     volume: Arc<Volume>,
+    colours: Option<VoxelColours>,
+    /// Further volumes, and colours of their voxels.
+    layers: Vec<(Arc<Volume>, Option<VoxelColours>)>,
     /// Exact part of `volume`; `None` for all of it.
     part: Option<ClipBox>,
     /// Centre of `volume` in the world space of the whole volume.
@@ -27,8 +30,17 @@ impl CroppedVolume {
     ///
     /// # Errors
     /// Errors of [`CropBox::check`].
-    pub fn new(volume: &Arc<Volume>, crop: Option<CropBox>) -> Result<Self> {
-        let whole = Self { volume: Arc::clone(volume), part: None, centre: DVec3::ZERO, scale: 1.0 };
+    pub fn new(opened: &OpenVolume, crop: Option<CropBox>) -> Result<Self> {
+        let OpenVolume { volume, colours, layers, .. } = opened;
+        let layers = layers.iter().map(|layer| (&layer.opened.volume, &layer.opened.colours));
+        let whole = Self {
+            volume: Arc::clone(volume),
+            colours: colours.clone(),
+            layers: layers.map(|(volume, colours)| (Arc::clone(volume), colours.clone())).collect(),
+            part: None,
+            centre: DVec3::ZERO,
+            scale: 1.0,
+        };
         let Some(crop) = crop else { return Ok(whole) };
         crop.check()?;
         let dims = DVec3::from_array(volume.grid().dims().map(|dim| dim as f64));
@@ -48,6 +60,14 @@ impl CroppedVolume {
             centre: volume.grid().grid_to_world((start + end) * 0.5),
             scale: cut.grid().smallest_voxel() / volume.grid().smallest_voxel(),
             volume: Arc::new(cut),
+            colours: part_of_colours(whole.colours.as_ref(), &kept)?,
+            layers: whole
+                .layers
+                .iter()
+                .map(|(volume, colours)| {
+                    Ok((Arc::new(volume.part(&kept)?), part_of_colours(colours.as_ref(), &kept)?))
+                })
+                .collect::<Result<_>>()?,
         })
     }
 
@@ -56,7 +76,14 @@ impl CroppedVolume {
     pub fn of(&self, scene: Scene) -> Scene {
         let planes = scene.clip_box().planes().moved(self.centre, self.scale);
         let clip = self.part.map(|part| part.with_planes(planes)).or(scene.clip);
-        Scene { volume: Arc::clone(&self.volume), clip, ..scene }
+        let of_layers = scene.layers.into_iter().zip(&self.layers);
+        let layers = of_layers.map(|(layer, (volume, colours))| Layer {
+            volume: Arc::clone(volume),
+            colours: colours.clone(),
+            ..layer
+        });
+        let (volume, colours) = (Arc::clone(&self.volume), self.colours.clone());
+        Scene { volume, colours, layers: layers.collect(), clip, ..scene }
     }
 
     /// Converts `camera` from the world space of the whole volume to that of the part.
@@ -77,6 +104,12 @@ impl CroppedVolume {
     }
 }
 
+fn part_of_colours(colours: Option<&VoxelColours>, kept: &[Range<usize>; 3]) -> Result<Option<VoxelColours>> {
+    let Some(colours) = colours else { return Ok(None) };
+    let [r, g, b] = colours.each_ref().map(|channel| channel.part(kept));
+    Ok(Some([Arc::new(r?), Arc::new(g?), Arc::new(b?)]))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -90,7 +123,11 @@ mod tests {
     #[test]
     fn parts_keep_the_voxels_that_they_need_and_their_colours() {
         let whole = volume();
-        let clip = CroppedVolume::new(&whole, Some([0.51, 0.54, 0.0, 1.0, 0.9, 1.0].into())).unwrap();
+        let clip = CroppedVolume::new(
+            &OpenVolume::of(whole.clone(), "test"),
+            Some([0.51, 0.54, 0.0, 1.0, 0.9, 1.0].into()),
+        )
+        .unwrap();
         // Voxel 5 and two on either side. Along z voxel 4 and the two before it.
         assert_eq!(clip.volume.grid().dims(), [5, 20, 3]);
         assert_eq!(clip.volume.range(), whole.range());
@@ -99,14 +136,18 @@ mod tests {
         for (found, right) in low.into_iter().chain(high).zip([1.6, -0.5, 2.0, 1.9, 19.5, 2.5]) {
             assert!((found - right).abs() < 1e-6, "{found} for {right}");
         }
-        let all = CroppedVolume::new(&whole, Some(CropBox::WHOLE)).unwrap();
+        let all = CroppedVolume::new(&OpenVolume::of(whole.clone(), "test"), Some(CropBox::WHOLE)).unwrap();
         assert!(Arc::ptr_eq(&all.volume, &whole) && all.part == Some(ClipBox::whole(whole.grid())));
     }
 
     #[test]
     fn cameras_see_the_same_places() {
         let whole = volume();
-        let clip = CroppedVolume::new(&whole, Some([0.4, 0.5, 0.25, 0.75, 0.4, 0.8].into())).unwrap();
+        let clip = CroppedVolume::new(
+            &OpenVolume::of(whole.clone(), "test"),
+            Some([0.4, 0.5, 0.25, 0.75, 0.4, 0.8].into()),
+        )
+        .unwrap();
         let world = DVec3::new(0.1, -0.2, 0.3);
         let seen = clip.camera(&Camera::at(world, DVec3::ZERO, 30.0)).eye;
         let (whole_at, part_at) = (whole.grid().world_to_grid(world), clip.volume.grid().world_to_grid(seen));
@@ -119,7 +160,11 @@ mod tests {
     #[test]
     fn parallel_rays_meet_points_at_the_distances_of_the_whole() {
         let whole = volume();
-        let clip = CroppedVolume::new(&whole, Some([0.4, 0.5, 0.25, 0.75, 0.4, 0.8].into())).unwrap();
+        let clip = CroppedVolume::new(
+            &OpenVolume::of(whole.clone(), "test"),
+            Some([0.4, 0.5, 0.25, 0.75, 0.4, 0.8].into()),
+        )
+        .unwrap();
         let camera = Camera::at(DVec3::new(0.1, -0.2, 0.3), DVec3::new(0.0, 0.1, -0.1), 30.0);
         let camera = Camera { projection: Projection::Orthographic, ..camera };
         let point = DVec3::new(0.02, 0.03, -0.04);
@@ -134,6 +179,6 @@ mod tests {
     #[test]
     fn sides_that_are_none_are_refused() {
         let none = CropBox { sides: [[0.0, 1.0], [0.5, 0.2], [0.0, 1.0]] };
-        assert!(CroppedVolume::new(&volume(), Some(none)).is_err());
+        assert!(CroppedVolume::new(&OpenVolume::of(volume(), "test"), Some(none)).is_err());
     }
 }

@@ -1,6 +1,7 @@
 //! Volumes: opening, cropping, placing them in the world, and what may hide them.
 
 mod cropped_volume;
+mod layers;
 mod open;
 mod ray_mode;
 mod scene;
@@ -8,7 +9,8 @@ mod visibility;
 mod world_box;
 
 pub use cropped_volume::CroppedVolume;
-pub use open::{OpenVolume, open_volume};
+pub use layers::open_volume;
+pub use open::{OpenLayer, OpenVolume, open_single_volume};
 pub(crate) use ray_mode::note as isosurface_note;
 pub use scene::scene;
 pub use visibility::Visibility;

@@ -1,11 +1,11 @@
-use crate::{Error, Result, VolumeSettings};
-use fovol_core::{Dtype, Rescale, Volume, did_you_mean, path_of_text};
+use crate::{Error, Result, TransferChoice, VolumeSettings};
+use fovol_core::{Contents, Dtype, Rescale, Volume, VoxelColours, did_you_mean, path_of_text};
 use fovol_io::dataset;
 use fovol_io::procedural::{self, Procedural};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Opened volume and its origin.
+/// Opened volume, its origin, and what is shown with it.
 #[derive(Debug, Clone)]
 pub struct OpenVolume {
     /// The volume.
@@ -14,16 +14,34 @@ pub struct OpenVolume {
     pub source: String,
     /// Kind of procedural volume, if it is one.
     pub procedural: Option<Procedural>,
+    /// Colours of the voxels, if they have some; the volume then holds what decides opacity.
+    pub colours: Option<VoxelColours>,
+    /// Further volumes at the same points, with as many voxels along each axis.
+    pub layers: Vec<OpenLayer>,
+}
+
+/// A further volume, with the voxels of the first.
+#[derive(Debug, Clone)]
+pub struct OpenLayer {
+    /// The volume and its origin.
+    pub opened: OpenVolume,
+    /// Its transfer function.
+    pub transfer_function: TransferChoice,
 }
 
 impl From<Volume> for OpenVolume {
     /// Volume made in memory. Notes call it "the volume".
     fn from(volume: Volume) -> Self {
-        Self { volume: Arc::new(volume), source: "the volume".to_owned(), procedural: None }
+        Self::of(Arc::new(volume), "the volume")
     }
 }
 
 impl OpenVolume {
+    /// A volume alone, whose notes call it `source`.
+    pub fn of(volume: Arc<Volume>, source: impl Into<String>) -> Self {
+        Self { volume, source: source.into(), procedural: None, colours: None, layers: Vec::new() }
+    }
+
     /// Warnings that explain why little may be visible: values that are not finite, or that are all equal.
     pub fn remarks(&self) -> Vec<String> {
         let fovol_core::Statistics { min, max, non_finite, nan, .. } = *self.volume.statistics();
@@ -53,22 +71,64 @@ impl OpenVolume {
         let narrow =
             self.narrow_range().map(|range| format!("{}: {}", self.source, shown_range(&self.volume, range)));
         // Labels have colours at their own values, wherever the range ends.
-        let narrow = narrow.filter(|_| !self.volume.is_label_map());
+        let narrow = narrow.filter(|_| !self.volume.is_label_map() && self.colours.is_none());
         let notes = self.volume.notes().iter().map(|note| format!("{}: {note}", self.source));
         notes.chain(narrow).chain(self.outliers()).chain(self.labels()).collect()
     }
 
-    /// Notes for the user, one line each: [`Self::doubts`], and other contents of the file.
+    /// Notes for the user, one line each: [`Self::doubts`], other contents of the file, and those of further volumes.
     pub fn notes(&self) -> Vec<String> {
         let besides =
-            self.volume.contents().notes().into_iter().map(|note| format!("{} {note}", self.source));
-        self.doubts().into_iter().chain(besides).collect()
+            self.contents_besides().notes().into_iter().map(|note| format!("{} {note}", self.source));
+        let of_layers = self.layers.iter().filter(|layer| layer.opened.source != self.source);
+        let of_layers = of_layers.flat_map(|layer| layer.opened.notes());
+        self.doubts().into_iter().chain(besides).chain(self.blended_channels()).chain(of_layers).collect()
+    }
+
+    /// Contents of the file, without what is shown already.
+    fn contents_besides(&self) -> Contents {
+        let mut contents = self.volume.contents().clone();
+        if self.colours.is_some() {
+            contents.components = 1;
+        }
+        if self.channels().len() > 1 {
+            contents.channels.clear();
+        }
+        contents
+    }
+
+    /// Channels of the file that are shown.
+    pub fn channels(&self) -> Vec<usize> {
+        let others = self.layers.iter().filter(|layer| layer.opened.source == self.source);
+        let others = others.map(|layer| layer.opened.volume.contents().channel);
+        std::iter::once(self.volume.contents().channel).chain(others).collect()
+    }
+
+    /// Note on channels that are blended.
+    fn blended_channels(&self) -> Option<String> {
+        let shown = self.channels();
+        let all = &self.volume.contents().channels;
+        if shown.len() < 2 {
+            return None;
+        }
+        let named = |channel: &usize| match all.get(*channel).map(String::as_str) {
+            None | Some("") => channel.to_string(),
+            Some(name) => format!("{channel} ({name})"),
+        };
+        let names: Vec<String> = shown.iter().map(named).collect();
+        Some(format!(
+            "{} has {} channels, {} are blended; --channel C chooses one, or others such as 0,2",
+            self.source,
+            all.len(),
+            names.join(", ")
+        ))
     }
 
     /// Note on a label map, if the volume looks like one.
     fn labels(&self) -> Option<String> {
         let why = match self.volume.label_values() {
             _ if self.volume.contents().are_labels => "its file says that its values are labels".to_owned(),
+            Some(_) if self.colours.is_some() => return None,
             Some(labels) => format!("its {} values look like labels", labels.len()),
             None => return None,
         };
@@ -118,14 +178,19 @@ pub(crate) fn shown_range(volume: &Volume, [lo, hi]: [f64; 2]) -> String {
     format!("values {lo} to {hi} are shown as {from} to {to} of the range; try --range {lo},{hi}")
 }
 
-/// Opens `source`: a file or folder, or a procedural volume if no file has that name. Procedural volumes have 128³
+/// Opens the one volume `source`: a file or folder, or a procedural volume if no file has that name. Procedural volumes have 128³
 /// voxels unless the settings say otherwise. Paths that are not Unicode are written by [`fovol_core::text_of_path`].
 ///
 /// Files need the cargo feature `files`, procedural volumes the feature `procedural`.
 ///
 /// # Errors
 /// A file that is missing, unreadable or invalid.
-pub fn open_volume(source: &str, settings: &VolumeSettings) -> Result<OpenVolume> {
+pub fn open_single_volume(source: &str, settings: &VolumeSettings) -> Result<OpenVolume> {
+    if let Some([overlay, ..]) = settings.overlay.as_deref() {
+        return Err(Error::Setting(format!(
+            "--overlay {overlay} has no place here, where one volume is read; leave it out"
+        )));
+    }
     let path = path_of_text(source);
     let procedural = if path.exists() { None } else { source.parse::<Procedural>().ok() };
     let volume = match procedural {
@@ -137,7 +202,7 @@ pub fn open_volume(source: &str, settings: &VolumeSettings) -> Result<OpenVolume
         Some(factor) => volume.downsampled(factor)?,
         None => volume,
     };
-    Ok(OpenVolume { volume: Arc::new(volume), source: source.into(), procedural })
+    Ok(OpenVolume { procedural, ..OpenVolume::of(Arc::new(volume), source) })
 }
 
 /// Error for the name `source`, which is neither a file nor a procedural volume.
@@ -204,7 +269,7 @@ mod tests {
         let remarks = |name: &str, values: [f32; 8]| {
             let path = folder.path().join(name);
             std::fs::write(&path, values.map(f32::to_le_bytes).concat()).unwrap();
-            open_volume(path.to_str().unwrap(), &VolumeSettings::default()).unwrap().remarks()
+            open_single_volume(path.to_str().unwrap(), &VolumeSettings::default()).unwrap().remarks()
         };
         let usual = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
         assert!(remarks("usual_2x2x2_float32.raw", usual).is_empty());
@@ -224,7 +289,7 @@ mod tests {
         let notes = |name: &str, bytes: &[u8]| {
             let path = folder.path().join(name);
             std::fs::write(&path, bytes).unwrap();
-            open_volume(path.to_str().unwrap(), &VolumeSettings::default()).unwrap().notes()
+            open_single_volume(path.to_str().unwrap(), &VolumeSettings::default()).unwrap().notes()
         };
         let labels = notes("labels_2x2x2_uint8.raw", &[0, 0, 0, 0, 1, 1, 2, 2]);
         assert!(labels.len() == 1 && labels[0].contains("its 3 values look like labels"), "{labels:?}");
@@ -250,7 +315,8 @@ mod tests {
         let values = [0.0f32, 1.0, 2.0, 3.0, 4.0, 5.0, -9999.0, -9999.0];
         std::fs::write(&path, values.map(f32::to_le_bytes).concat()).unwrap();
         let open = |range| {
-            open_volume(path.to_str().unwrap(), &VolumeSettings { range, ..Default::default() }).unwrap()
+            open_single_volume(path.to_str().unwrap(), &VolumeSettings { range, ..Default::default() })
+                .unwrap()
         };
         let opened = open(None);
         assert_eq!((opened.volume.range(), opened.volume.statistics().min), ([0.0, 5.0], -9999.0));
@@ -261,7 +327,7 @@ mod tests {
 
     #[test]
     fn mistyped_names_are_recognised() {
-        let said = |name: &str| open_volume(name, &VolumeSettings::default()).unwrap_err().to_string();
+        let said = |name: &str| open_single_volume(name, &VolumeSettings::default()).unwrap_err().to_string();
         assert!(said("haed").ends_with("did you mean head?"), "{}", said("haed"));
         assert!(said("bonsai").contains("fovolnet data get bonsai"), "{}", said("bonsai"));
         assert!(said("no/such.raw").contains("cannot read no/such.raw"), "{}", said("no/such.raw"));

@@ -1,6 +1,6 @@
 use super::ray_mode::ray_mode;
-use crate::{Choice, Mode, OpenVolume, RenderSettings, Result, WorldBox, presets};
-use fovol_core::{ClipBox, Interpolation, Light, Scene, Shading, Volume};
+use crate::{Choice, Mode, OpenLayer, OpenVolume, RenderSettings, Result, WorldBox, presets};
+use fovol_core::{ClipBox, Interpolation, Layer, Light, Scene, Shading, Volume};
 
 /// Scene of the whole `volume` with `settings`; for a crop box see [`crate::CroppedVolume`]. The scene is in the space of the
 /// volume's box. Its light is converted here, and cameras must be converted by [`WorldBox`].
@@ -22,11 +22,24 @@ pub fn scene(volume: &OpenVolume, settings: &RenderSettings) -> Result<Scene> {
     scene.integration = settings.integration;
     scene.interpolation = interpolation(&volume.volume, settings);
     scene.mode = ray_mode(&volume.volume, settings)?;
+    scene.colours.clone_from(&volume.colours);
+    scene.layers =
+        volume.layers.iter().map(|layer| layer_of(layer, settings)).collect::<Result<Vec<Layer>>>()?;
     if !settings.planes.as_slice().is_empty() {
         scene.clip = Some(ClipBox::whole(volume.volume.grid()).with_planes(world.planes(&settings.planes)));
     }
     scene.check()?;
     Ok(scene)
+}
+
+fn layer_of(layer: &OpenLayer, settings: &RenderSettings) -> Result<Layer> {
+    let opened = &layer.opened;
+    Ok(Layer {
+        volume: opened.volume.clone(),
+        transfer_function: presets::of_choice(&layer.transfer_function, opened)?,
+        colours: opened.colours.clone(),
+        interpolation: interpolation(&opened.volume, settings),
+    })
 }
 
 /// How values between voxels of `volume` are found with `settings`. Greatest, least and mean values are always those of

@@ -61,7 +61,7 @@ impl VolumeSource {
                 let kind = name.parse().map_err(|e| Error::Clip(format!("{e}")))?;
                 let volume = fovolnet::io::procedural::make(kind, [*side; 3], *seed);
                 let volume = Arc::new(volume.map_err(|e| Error::Clip(e.to_string()))?);
-                Ok(OpenVolume { volume, source: name.clone(), procedural: Some(kind) })
+                Ok(OpenVolume { procedural: Some(kind), ..OpenVolume::of(volume, name) })
             }
         }
     }

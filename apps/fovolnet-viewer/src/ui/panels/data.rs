@@ -1,7 +1,7 @@
 use super::fields::choice;
-use eframe::egui::{Button, DragValue, Response, Slider, Ui};
-use fovolnet::core::Volume;
-use fovolnet::{OpenVolume, VolumeSettings};
+use eframe::egui::{Button, Checkbox, DragValue, Response, Slider, Ui};
+use fovolnet::core::{MOST_VOLUMES, Volume};
+use fovolnet::{ChannelChoice, ComponentChoice, OpenVolume, Rgb, VolumeSettings};
 
 /// Panel for the part of the file that is shown, and the range of its values. Returns changed settings, with which the file
 /// must be read again. `series` are the names of the series of a DICOM folder.
@@ -13,7 +13,7 @@ pub fn data(
 ) -> Option<VolumeSettings> {
     let mut changed = read.clone();
     series_choice(ui, &mut changed, series);
-    parts(ui, &mut changed, &volume.volume);
+    parts(ui, &mut changed, volume);
     shown_range(ui, &mut changed, &volume.volume);
     (changed != *read).then_some(changed)
 }
@@ -42,8 +42,8 @@ fn series_choice(ui: &mut Ui, read: &mut VolumeSettings, series: &[String]) {
 }
 
 /// Arrays, channels, time points and components, as far as there are several.
-fn parts(ui: &mut Ui, read: &mut VolumeSettings, volume: &Volume) {
-    let contents = volume.contents();
+fn parts(ui: &mut Ui, read: &mut VolumeSettings, opened: &OpenVolume) {
+    let contents = opened.volume.contents();
     if contents.arrays.len() > 1 {
         let mut array = contents.array;
         let all: Vec<usize> = (0..contents.arrays.len()).collect();
@@ -52,30 +52,71 @@ fn parts(ui: &mut Ui, read: &mut VolumeSettings, volume: &Volume) {
             read.array = Some(contents.arrays[array].clone());
         }
     }
-    if contents.channels.len() > 1 {
-        let mut channel = contents.channel;
-        let all: Vec<usize> = (0..contents.channels.len()).collect();
-        choice(ui, "Channel", &mut channel, &all, |channel| match contents.channels[channel].as_str() {
-            "" => channel.to_string(),
-            name => format!("{channel}: {name}"),
-        });
-        if channel != contents.channel {
-            read.channel = Some(channel);
-        }
+    channels(ui, read, opened);
+    if let Some(time) = part(ui, "Time point", contents.time, contents.times) {
+        read.time = Some(time);
     }
-    let numbers = [
-        ("Time point", contents.time, contents.times, &mut read.time),
-        ("Component", contents.component, contents.components, &mut read.component),
-    ];
-    for (name, shown, count, setting) in numbers {
-        if count > 1 {
-            let slider = |ui: &mut Ui, number: &mut f64| {
-                ui.add(Slider::new(number, 0.0..=(count - 1) as f64).integer().text(name))
-            };
-            if let Some(number) = settled(ui, name, shown as f64, slider) {
-                *setting = Some(number as usize);
+    components(ui, read, opened);
+}
+
+/// A slider for part `shown` of `count`, if there are several. Returns another part once it is chosen.
+fn part(ui: &mut Ui, name: &str, shown: usize, count: usize) -> Option<usize> {
+    if count < 2 {
+        return None;
+    }
+    let slider = |ui: &mut Ui, number: &mut f64| {
+        ui.add(Slider::new(number, 0.0..=(count - 1) as f64).integer().text(name))
+    };
+    settled(ui, name, shown as f64, slider).map(|number| number as usize)
+}
+
+/// A box for each channel, if there are several; those that are checked are blended.
+fn channels(ui: &mut Ui, read: &mut VolumeSettings, opened: &OpenVolume) {
+    let contents = opened.volume.contents();
+    if contents.channels.len() < 2 {
+        return;
+    }
+    let before = opened.channels();
+    let mut shown = before.clone();
+    ui.label("Channels");
+    ui.horizontal_wrapped(|ui| {
+        for (channel, name) in contents.channels.iter().enumerate() {
+            let name = if name.is_empty() { channel.to_string() } else { format!("{channel}: {name}") };
+            let mut is_shown = shown.contains(&channel);
+            let may_change = if is_shown { shown.len() > 1 } else { shown.len() < MOST_VOLUMES };
+            if ui.add_enabled(may_change, Checkbox::new(&mut is_shown, name)).changed() {
+                shown.retain(|other| *other != channel);
+                shown.extend(is_shown.then_some(channel));
             }
         }
+    });
+    if shown != before {
+        shown.sort_unstable();
+        read.channel = Some(match shown[..] {
+            [one] => ChannelChoice::One(one),
+            _ => ChannelChoice::Several(shown),
+        });
+    }
+}
+
+/// The component that is shown, or all as colours.
+fn components(ui: &mut Ui, read: &mut VolumeSettings, opened: &OpenVolume) {
+    let contents = opened.volume.contents();
+    if contents.components < 2 {
+        return;
+    }
+    let numbers = (0..contents.components).map(ComponentChoice::Number);
+    let colours = ComponentChoice::Colours(Rgb::Rgb);
+    let all: Vec<ComponentChoice> =
+        numbers.chain(matches!(contents.components, 3 | 4).then_some(colours)).collect();
+    let shown = if opened.colours.is_some() { colours } else { ComponentChoice::Number(contents.component) };
+    let mut chosen = shown;
+    choice(ui, "Component", &mut chosen, &all, |component| match component.number() {
+        Some(number) => number.to_string(),
+        None => "all, as colours".to_owned(),
+    });
+    if chosen != shown {
+        read.component = Some(chosen);
     }
 }
 

@@ -98,7 +98,8 @@ impl<T: Texel> IsosurfaceKernel<'_, T> {
         let zero = value.splat(0.0);
         let known =
             if field.has_gaps() { mask & value.simd_lt(zero.splat(field.missing - 0.5)) } else { mask };
-        let above = V::bits_of(known & value.simd_ge(zero.splat(self.iso * self.kernel.medium.table.scale())));
+        let above =
+            V::bits_of(known & value.simd_ge(zero.splat(self.iso * self.kernel.medium.table.scale())));
         Sides { above, below: V::bits_of(known) & !above }
     }
 

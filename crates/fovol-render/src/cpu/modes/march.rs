@@ -23,7 +23,8 @@ impl March<'_> {
         if self.layers.is_empty() {
             return own;
         }
-        let others = self.layers.iter().map(|layer| self.projection_of((&layer.bricks, &layer.transfer), ray, count));
+        let others =
+            self.layers.iter().map(|layer| self.projection_of((&layer.bricks, &layer.transfer), ray, count));
         let all: Vec<RayResult> = std::iter::once(own).chain(others).collect();
         blended_results(&all, self.background.map(|c| c as f32))
     }
