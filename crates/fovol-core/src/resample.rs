@@ -10,7 +10,7 @@ use rayon::prelude::*;
 pub enum Alignment {
     /// Voxel by voxel the same places.
     Same,
-    /// As the positions say that both files declare in one space.
+    /// By the positions that both files declare in one space.
     Space,
     /// Both fill the same box; at least one file declares no position in the space of the other.
     Box,

@@ -25,7 +25,7 @@ pub enum Lighting<'a> {
 
 /// The scene that SIMD lanes march primary rays through.
 pub struct Kernel<'a, M> {
-    /// What rays pass through.
+    /// The medium of the rays.
     pub medium: M,
     /// Where primary rays take their samples.
     pub segments: Segments,

@@ -1,4 +1,4 @@
-//! What rays pass through, as lanes see it.
+//! The media of rays, in lanes.
 
 use super::field::{Field, Texel};
 use super::light_columns::LightColumns;
@@ -8,7 +8,7 @@ use crate::scene::{LightPath, MAX_BLUE, MAX_RED_GREEN, TransferTable};
 use bytemuck::cast_slice;
 use fovol_simd::{Simd, SimdF32, SimdF32Op, SimdI32};
 
-/// What rays pass through: one volume, or several at the same points.
+/// Medium of rays: one volume, or several at the same points.
 pub trait Medium {
     /// α of one step and the colour of samples at `p`, of which those that are `inside` count. `None` where all of them show
     /// nothing.

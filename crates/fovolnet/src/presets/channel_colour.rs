@@ -2,17 +2,19 @@
 
 use fovol_core::{ControlPoint, TransferFunction, Volume};
 
-/// Opacity per voxel at the upper end.
-const OPACITY: f64 = 0.3;
+/// Opacity per voxel at the upper end of the window, and in its middle: what is dim stays translucent.
+const OPACITY: f64 = 0.9;
+const MIDDLE: f64 = 0.1;
 
-/// Black to the colour that the file gives the channel of `volume`, over the window that it gives. `None` if it gives no
-/// colour.
+/// The colour that the file gives the channel of `volume`, ever more opaque over the window that it gives. `None` if it gives
+/// no colour.
 pub fn channel_colour(volume: &Volume) -> Option<TransferFunction> {
     let contents = volume.contents();
     let display = contents.displays.get(contents.channel)?;
     let colour = display.colour?.map(|channel| f64::from(channel) / 255.0);
-    let ends = [ControlPoint::new(0.0, [0.0; 3], 0.0), ControlPoint::new(1.0, colour, OPACITY)];
-    TransferFunction::new(ends.to_vec()).ok()?.with_range(display.window).ok()
+    let points = [(0.0, 0.0), (0.5, MIDDLE), (1.0, OPACITY)];
+    let points = points.map(|(value, opacity)| ControlPoint::new(value, colour, opacity));
+    TransferFunction::new(points.to_vec()).ok()?.with_range(display.window).ok()
 }
 
 #[cfg(test)]
