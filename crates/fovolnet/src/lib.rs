@@ -152,12 +152,13 @@ pub use session::Session;
 pub use settings::{
     CameraChoice, ChannelChoice, Choice, ComponentChoice, CropBox, Density, GazeChoice, Guide, LayerChoice,
     Mode, NamedView, NanColour, Orientation, PathChoice, Quality, RandomWeights, Reconstruction,
-    RenderOverrides, RenderSettings, Rgb, Sampling, ShadowRays, SpeedSettings, StillCamera, TransferChoice,
-    TransferRange, ValueScale, VolumeSettings, WeightsChoice, parse, path_text,
+    RenderOverrides, RenderSettings, Rgb, Sampling, ShadowRays, SpeedSettings, StillCamera, TimeChoice,
+    TransferChoice, TransferRange, ValueScale, VolumeSettings, WeightsChoice, parse, path_text,
 };
 pub use system::{Device, Machine, OpenDevice, keep_freed_memory, lower_thread_priority, signals};
 pub use volume::{
-    CroppedVolume, OpenLayer, OpenVolume, Visibility, WorldBox, open_single_volume, open_volume, scene,
+    CroppedVolume, OpenLayer, OpenVolume, TimeClip, Visibility, WorldBox, open_single_volume, open_volume,
+    scene,
 };
 
 /// The examples of the README, for doctests.

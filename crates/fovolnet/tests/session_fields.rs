@@ -42,7 +42,7 @@ fn everything(volume: &Path) -> Session {
         component: Some(ComponentChoice::Number(0)),
         channel: Some(0.into()),
         overlay: None,
-        time: Some(0),
+        time: Some(0.into()),
         level: Some(0),
         series: None,
         downsample: Some(1),
@@ -161,7 +161,10 @@ fn steps() -> Vec<Step> {
             from: |s| another_file(s, "channels.tif"),
             ..step("read.channel", |s| s.read.channel = Some(1.into()))
         },
-        Step { from: |s| another_file(s, "channels.tif"), ..step("read.time", |s| s.read.time = Some(1)) },
+        Step {
+            from: |s| another_file(s, "channels.tif"),
+            ..step("read.time", |s| s.read.time = Some(1.into()))
+        },
         Step { from: |s| another_file(s, "levels.zarr"), ..step("read.level", |s| s.read.level = Some(1)) },
         Step {
             from: |s| another_file(s, "scans"),

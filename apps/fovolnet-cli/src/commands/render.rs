@@ -8,8 +8,9 @@ use fovolnet::core::{path_of_text, shown_path};
 use fovolnet::io::video::{self, FrameRate, VideoWriter};
 use fovolnet::metrics::ClipQuality;
 use fovolnet::{
-    Choice, FrameReport, Freedom, Guide, Limit, MeanReport, Quality, Reconstruction, RenderReport,
-    RenderSettings, Sampling, Session, Visibility, open_volume, parse, presets,
+    Choice, FrameReport, Freedom, Guide, Limit, MeanReport, OpenVolume, Quality, Reconstruction,
+    RenderReport, RenderSettings, Sampling, Session, TimeChoice, TimeClip, Visibility, open_volume, parse,
+    presets,
 };
 use std::path::{Path, PathBuf};
 
@@ -53,7 +54,8 @@ impl Render {
             session.render.sampling = Some(Sampling::Compact.into());
         }
         session.render.integration.get_or_insert(RenderSettings::default().integration);
-        let settings = session.render.resolve()?;
+        let over_time = take_length_of_time(&mut session)?;
+        let mut settings = session.render.resolve()?;
         if self.video.is_some() && settings.transparent {
             bail!(
                 "a clip has no alpha, so --video cannot be transparent; leave out --video and take the frames, or --transparent"
@@ -64,8 +66,15 @@ impl Render {
         let files = FrameFiles::new(&self.output, &self.keep, self.format, numbers.len())?
             .with_alpha(settings.transparent);
         self.video.iter().try_for_each(|path| video::check_name(path))?;
-        let opened = open_volume(&session.volume, &session.read)?;
+        let opened = match over_time {
+            Some(opened) => opened,
+            None => open_volume(&session.volume, &session.read)?,
+        };
         console::remark(&opened);
+        let clip = TimeClip::new(&session.volume, &session.read, &opened, &settings)?;
+        if clip.is_some() {
+            settings = TimeClip::settled(&settings, &opened)?;
+        }
         for note in presets::notes(&session.render, &opened) {
             console::note(note);
         }
@@ -75,7 +84,7 @@ impl Render {
             let freedom = Freedom { size, ..session.render.freedom() };
             Planning { freedom, limit, saved: &session.plan }
         });
-        let mut maker = FrameMaker::new(&opened, &settings, planning.as_ref(), &self.picture.speed)?;
+        let mut maker = FrameMaker::new(&opened, &settings, planning.as_ref(), clip, &self.picture.speed)?;
         let pipeline = maker.pipeline();
         console::warn(pipeline);
         if files.has(Keep::Motion) {
@@ -242,6 +251,22 @@ fn check_session_name(path: &Path) -> Result<()> {
         path.display()
     );
     Ok(())
+}
+
+/// Completes a clip over time of `session`: without `--frames` it has one frame for each time point, and without a camera
+/// or path it is seen from the default view. Returns the volume that was opened to count them.
+fn take_length_of_time(session: &mut Session) -> Result<Option<OpenVolume>> {
+    if !matches!(session.read.time, Some(TimeChoice::Clip { .. })) {
+        return Ok(None);
+    }
+    let opened = open_volume(&session.volume, &session.read)?;
+    let length = TimeClip::length(&session.read, &opened)?;
+    let render = &mut session.render;
+    render.frames = render.frames.or(length);
+    if render.camera.is_none() && render.path.is_none() && render.turn.is_none() {
+        render.turn = Some(0.0);
+    }
+    Ok(Some(opened))
 }
 
 /// Method of filling frames; none if every pixel is marched.

@@ -7,7 +7,7 @@ use super::dicom;
 use super::zarr;
 use super::{
     Overrides, Source, legacy_vtk, metaimage, nanovdb, nifti, nrrd, numpy, raw, slice_folder, tiff_stack,
-    vdb, vti,
+    time_series, vdb, vti,
 };
 #[cfg(feature = "hdf5")]
 use super::{hdf5, netcdf};
@@ -59,6 +59,11 @@ pub fn parser_of(source: &Source) -> Result<Option<Parser>> {
     }
 }
 
+/// Whether a file called `name` has the ending of a format with a header.
+pub fn is_name_with_header(name: &str) -> bool {
+    by_name(&self::name(Path::new(name))).is_some()
+}
+
 /// Whether a decompressed file is of a known format rather than raw voxels.
 ///
 /// `bytes` are the start of the decompressed data, `path` the compressed file.
@@ -97,9 +102,13 @@ pub fn read_folder(path: &Path, overrides: &Overrides) -> Result<Volume> {
     if holds_dicom(path) {
         return Err(Error::unsupported(path, DICOM));
     }
+    let series = time_series::files_in_folder(path)?;
+    if !series.is_empty() {
+        return time_series::parse(path, &series, overrides);
+    }
     Err(Error::unsupported(
         path,
-        "it is a folder without slices of DICOM, TIFF, PNG, JPEG or BMP; name a volume file",
+        "it is a folder without slices of DICOM, TIFF, PNG, JPEG or BMP; or two or more volumes; name a volume file",
     ))
 }
 

@@ -36,6 +36,7 @@ mod series;
 mod slice_folder;
 mod source;
 mod tiff_stack;
+mod time_series;
 mod units;
 mod unpacked;
 mod vdb;
@@ -53,10 +54,11 @@ use fovol_core::Volume;
 pub use overrides::Overrides;
 pub use source::Source;
 use std::path::Path;
+pub use time_series::is_pattern;
 pub use write::{write, write_with};
 
 /// Reads the volume at `path`, a file, a folder of slices or one of Zarr. The format is decided by the content where
-/// that is possible, else by the name. `FILE:ARRAY` names an array in a file, as [`split_array`] says.
+/// that is possible, else by the name. A folder of volumes, or a pattern such as `run_*.vti`, is a time series. `FILE:ARRAY` names an array in a file, as [`split_array`] says.
 ///
 /// # Errors
 /// A file that is missing, damaged or of no known kind; one line that says how to mend it.
@@ -67,6 +69,9 @@ pub fn read(path: &Path, overrides: &Overrides) -> Result<Volume> {
             return read(&file, &chosen);
         }
         return parse(&Source::open(&file)?, &chosen);
+    }
+    if is_pattern(path) {
+        return time_series::parse(path, &time_series::files_of_pattern(path)?, overrides);
     }
     if path.is_dir() {
         let volume = format::read_folder(path, overrides)?;

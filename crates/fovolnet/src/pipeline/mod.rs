@@ -151,6 +151,18 @@ impl Pipeline {
         Ok(())
     }
 
+    /// Shows another volume, such as the next time point, with the same settings. A network on the CPU goes on with what it has
+    /// seen.
+    ///
+    /// # Errors
+    /// Errors of [`Self::new`]. The pipeline is then unchanged.
+    pub fn show(&mut self, volume: &OpenVolume) -> Result<()> {
+        let anew = Self::on(self.device.clone(), volume, &self.settings, &self.speed)?;
+        let old = std::mem::replace(self, anew);
+        self.reconstruction = old.reconstruction;
+        Ok(())
+    }
+
     /// Guide of the frames.
     pub fn guide(&self) -> Guide {
         #[cfg(feature = "gpu")]

@@ -63,7 +63,8 @@ impl Session {
         }
         read.array = read.array.or(array);
         let volume_sha256 = if path.is_file() { Some(sha256(&path)?) } else { None };
-        let volume = if path.exists() { files::absolute(&path) } else { source.to_owned() };
+        let is_file = path.exists() || fovol_io::volume::is_pattern(&path);
+        let volume = if is_file { files::absolute(&path) } else { source.to_owned() };
         let overlay_sha256 = hashes_of_layers(&read)?;
         Ok(Self {
             volume,
@@ -117,7 +118,8 @@ impl Session {
     /// A missing volume, unless its name may be that of a procedural one.
     pub fn check_volume(&self, file: &Path) -> Result<()> {
         let is_path = self.volume_sha256.is_some() || self.volume.contains(['.', '/', '\\']);
-        if !is_path || path_of_text(&self.volume).exists() {
+        let path = path_of_text(&self.volume);
+        if !is_path || path.exists() || fovol_io::volume::is_pattern(&path) {
             return Ok(());
         }
         Err(Error::Setting(format!(

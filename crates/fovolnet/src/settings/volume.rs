@@ -1,7 +1,7 @@
 use super::overlay::overlay;
 #[cfg(feature = "clap")]
 use super::parse;
-use super::{ChannelChoice, ComponentChoice, LayerChoice};
+use super::{ChannelChoice, ComponentChoice, LayerChoice, TimeChoice};
 use serde::{Deserialize, Serialize};
 
 overlay! {
@@ -39,9 +39,10 @@ pub struct VolumeSettings {
     /// colours in the file, blended, else 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "C"))]
     pub channel: Option<ChannelChoice>,
-    /// Time point to read, if there are several, from 0 on [default: 0]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
-    pub time: Option<usize>,
+    /// Time point to show, if there are several, from 0 on; or a clip over time, one frame a time point: all, or a first
+    /// and last one such as 2..8 [default: 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "T|T..T|all"))]
+    pub time: Option<TimeChoice>,
     /// Level of resolution to read, if there are several, from 0 on, the finest [default: the finest that fits into memory]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub level: Option<usize>,
@@ -89,7 +90,7 @@ impl VolumeSettings {
             array: self.array.clone(),
             component: self.component.and_then(ComponentChoice::number),
             channel: self.channel.as_ref().and_then(ChannelChoice::first),
-            time: self.time,
+            time: self.time.map(TimeChoice::first),
             level: self.level,
             series: self.series.clone(),
         }

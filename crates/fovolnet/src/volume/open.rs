@@ -195,7 +195,9 @@ pub fn open_single_volume(source: &str, settings: &VolumeSettings) -> Result<Ope
     let procedural = if path.exists() { None } else { source.parse::<Procedural>().ok() };
     let volume = match procedural {
         Some(kind) => made(kind, settings)?,
-        None if !path.exists() && !source.contains(['.', '/', '\\']) => return Err(unknown(source)),
+        None if !path.exists() && !is_pattern(&path) && !source.contains(['.', '/', '\\']) => {
+            return Err(unknown(source));
+        }
         None => read(&path, settings)?,
     };
     let volume = match settings.downsample {
@@ -225,6 +227,14 @@ fn unknown(source: &str) -> Error {
 #[cfg(feature = "files")]
 fn read(path: &Path, settings: &VolumeSettings) -> Result<Volume> {
     Ok(fovol_io::volume::read(path, &settings.overrides())?)
+}
+
+/// Whether `path` is a pattern of files.
+fn is_pattern(path: &Path) -> bool {
+    #[cfg(feature = "files")]
+    return fovol_io::volume::is_pattern(path);
+    #[cfg(not(feature = "files"))]
+    return path.to_string_lossy().contains('*');
 }
 
 /// Error for a file in a program that reads none.

@@ -17,7 +17,7 @@ pub fn ray_mode(volume: &Volume, settings: &RenderSettings) -> Result<RayMode> {
 }
 
 /// Data value of the isosurface: the given one, else the threshold between the two main groups of values.
-fn isovalue(volume: &Volume, settings: &RenderSettings) -> f64 {
+pub(super) fn isovalue(volume: &Volume, settings: &RenderSettings) -> f64 {
     settings.iso.unwrap_or_else(|| {
         let [lo, hi] = volume.range();
         lo + otsu(volume) * (hi - lo)

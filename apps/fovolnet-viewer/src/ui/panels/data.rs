@@ -54,7 +54,7 @@ fn parts(ui: &mut Ui, read: &mut VolumeSettings, opened: &OpenVolume) {
     }
     channels(ui, read, opened);
     if let Some(time) = part(ui, "Time point", contents.time, contents.times) {
-        read.time = Some(time);
+        read.time = Some(time.into());
     }
     components(ui, read, opened);
 }
