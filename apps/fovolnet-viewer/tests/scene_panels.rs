@@ -84,3 +84,45 @@ fn arrays_of_a_file_are_chosen() {
     assert_eq!(opened(&window).document.session().read.array.as_deref(), Some("speed"));
     assert_eq!(opened(&window).volume.volume.value([1, 0, 0]), 7.0);
 }
+
+/// A NRRD file of `times` time points, or components that are colours if `kinds` say so.
+fn nrrd(folder: &std::path::Path, kinds: &str, sizes: &str, bytes: Vec<u8>) -> String {
+    let header = format!("NRRD0004\ntype: uint8\ndimension: 4\nsizes: {sizes}\n{kinds}encoding: raw\n\n");
+    let path = folder.join("four.nrrd");
+    std::fs::write(&path, [header.into_bytes(), bytes].concat()).unwrap();
+    path.display().to_string()
+}
+
+#[test]
+fn time_points_are_played() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = (0..3 * 512).map(|i| (i / 512 * 100 + 50) as u8).collect();
+    let path = nrrd(folder.path(), "kinds: domain domain domain time\n", "8 8 8 3", bytes);
+    let mut window = window_reading(Some(&path), VolumeSettings::default(), folder.path());
+    press(&mut window, "Play time points");
+    for time in [1, 2, 0] {
+        until(&mut window, "the next time point", |viewer| {
+            viewer.opened().is_some_and(|opened| opened.volume.volume.contents().time == time)
+        });
+    }
+    press(&mut window, "Play time points");
+    settle(&mut window);
+    assert!(opened(&window).document.settings().tf.is_some(), "colours stay through time");
+}
+
+#[test]
+fn components_are_colours_or_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = (0..3 * 512).map(|i| (i % 3 * 100 + i / 50) as u8).collect();
+    let path = nrrd(folder.path(), "kinds: RGB-color domain domain domain\n", "3 8 8 8", bytes);
+    let mut window = window_reading(Some(&path), VolumeSettings::default(), folder.path());
+    assert!(opened(&window).volume.colours.is_some());
+    choose(&mut window, "Component", "2");
+    until(&mut window, "one component", |viewer| {
+        viewer.opened().is_some_and(|opened| opened.volume.colours.is_none())
+    });
+    choose(&mut window, "Component", "all, as colours");
+    until(&mut window, "all components", |viewer| {
+        viewer.opened().is_some_and(|opened| opened.volume.colours.is_some())
+    });
+}

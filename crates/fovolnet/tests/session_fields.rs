@@ -415,6 +415,8 @@ fn every_field_of_a_session_is_kept_and_shows() {
     let mut known = fields(&whole);
     let mut either = whole.clone();
     either.read.array = Some("a".into());
+    either.read.overlay = Some(vec!["head".parse().unwrap()]);
+    either.overlay_sha256 = vec![String::new()];
     either.read.series = Some("1".into());
     either.read.window = Some([1.0; 2]);
     either.render.iso = Some(1.0);

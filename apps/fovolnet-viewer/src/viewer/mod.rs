@@ -4,6 +4,7 @@ mod actions;
 mod keeping;
 mod leaving;
 mod panes;
+mod time_playback;
 
 use crate::frames::display_mode::DisplayMode;
 use crate::frames::engine::{Engine, Said};
@@ -31,6 +32,7 @@ use fovolnet::core::text_of_path;
 use fovolnet::{RenderOverrides, Session, SpeedSettings, Timings, VolumeSettings};
 use std::collections::VecDeque;
 use std::time::Duration;
+use time_playback::TimePlayback;
 
 /// Parameters of a viewer.
 #[derive(Debug, Clone, Default)]
@@ -107,6 +109,7 @@ pub struct Viewer {
     gaze_kind: GazeKind,
     pointer_gaze: PointerGaze,
     timeline: Timeline,
+    times: TimePlayback,
     history: VecDeque<Timings>,
     arrivals: VecDeque<f64>,
     kept_at: f64,
@@ -157,6 +160,7 @@ impl Viewer {
             gaze_kind: if start.render.gaze.is_some() { GazeKind::Session } else { GazeKind::default() },
             pointer_gaze: PointerGaze::default(),
             timeline: Timeline::default(),
+            times: TimePlayback::default(),
             history: VecDeque::new(),
             arrivals: VecDeque::new(),
             kept_at: 0.0,
@@ -192,6 +196,7 @@ impl Viewer {
         self.opening.is_none()
             && self.exporting.is_none()
             && !self.timeline.is_playing()
+            && !self.times.plays
             && self.engine.is_done()
             && self.opened.as_ref().is_none_or(|opened| !opened.backdrop.is_counting())
             && (self.opened.is_none() || self.picture.is_some() || self.messages.picture_error().is_some())
@@ -260,7 +265,10 @@ impl Viewer {
             self.opening = None;
             match result {
                 Ok((opened, notes)) => self.take_opened(opened, notes, time),
-                Err(error) => self.not_opened(&error),
+                Err(error) => {
+                    self.times.plays = false;
+                    self.not_opened(&error);
+                }
             }
         }
         if let Some(job) = &self.exporting
@@ -311,6 +319,11 @@ impl Viewer {
         self.preferences.remember(&source);
         self.messages.clear_errors();
         self.unopened = None;
+        self.times.opened();
+        if self.times.plays {
+            self.opened = Some(opened);
+            return;
+        }
         for note in notes {
             self.messages.note(note, time);
         }
@@ -328,6 +341,7 @@ impl Viewer {
     }
 
     fn take_shown(&mut self, context: &Context, mut shown: Presented, time: f64) {
+        self.times.shown();
         if shown.progress == Progress::Moving {
             self.history.push_back(shown.timings);
             if self.history.len() > panels::HISTORY {

@@ -96,7 +96,8 @@ impl Viewer {
         });
         let has_parts = panels::has_parts(&opened.volume.volume, opened.series());
         CollapsingHeader::new("Data").default_open(has_parts).show(ui, |ui| {
-            read = panels::data(ui, &opened.document.session().read, &opened.volume, opened.series());
+            let session = opened.document.session();
+            read = panels::data(ui, &session.read, (&opened.volume, opened.series()), &mut self.times.plays);
         });
         CollapsingHeader::new("Clipping").show(ui, |ui| {
             panels::cropping(ui, opened.document.settings_mut(), opened.volume.volume.grid().dims());
@@ -116,6 +117,12 @@ impl Viewer {
         }
         if let Err(error) = opened.refresh() {
             self.messages.error(error.to_string());
+        }
+        if self.times.plays {
+            ui.ctx().request_repaint_after_secs(0.1);
+        }
+        if read.is_none() && self.opening.is_none() {
+            read = self.times.next(opened);
         }
         if let Some(read) = read {
             let document = opened.document.reading(read);

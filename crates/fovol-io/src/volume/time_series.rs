@@ -55,7 +55,7 @@ pub fn parse(path: &Path, files: &[PathBuf], overrides: &Overrides) -> Result<Vo
     Ok(volume.with_contents(contents))
 }
 
-/// Those of `files` that have the most frequent ending.
+/// Picks the files of the most frequent ending.
 fn alike(files: Vec<PathBuf>) -> Vec<PathBuf> {
     let ending = |file: &PathBuf| file.extension().map(|ending| ending.to_ascii_lowercase());
     let count = |file: &PathBuf| files.iter().filter(|other| ending(other) == ending(file)).count();

@@ -4,16 +4,16 @@ use fovolnet::core::{MOST_VOLUMES, Volume};
 use fovolnet::{ChannelChoice, ComponentChoice, OpenVolume, Rgb, VolumeSettings};
 
 /// Panel for the part of the file that is shown, and the range of its values. Returns changed settings, with which the file
-/// must be read again. `series` are the names of the series of a DICOM folder.
+/// must be read again. `series` are the names of the series of a DICOM folder; `plays` says whether time points are played.
 pub fn data(
     ui: &mut Ui,
     read: &VolumeSettings,
-    volume: &OpenVolume,
-    series: &[String],
+    (volume, series): (&OpenVolume, &[String]),
+    plays: &mut bool,
 ) -> Option<VolumeSettings> {
     let mut changed = read.clone();
     series_choice(ui, &mut changed, series);
-    parts(ui, &mut changed, volume);
+    parts(ui, &mut changed, volume, plays);
     shown_range(ui, &mut changed, &volume.volume);
     (changed != *read).then_some(changed)
 }
@@ -42,7 +42,7 @@ fn series_choice(ui: &mut Ui, read: &mut VolumeSettings, series: &[String]) {
 }
 
 /// Arrays, channels, time points and components, as far as there are several.
-fn parts(ui: &mut Ui, read: &mut VolumeSettings, opened: &OpenVolume) {
+fn parts(ui: &mut Ui, read: &mut VolumeSettings, opened: &OpenVolume, plays: &mut bool) {
     let contents = opened.volume.contents();
     if contents.arrays.len() > 1 {
         let mut array = contents.array;
@@ -53,9 +53,14 @@ fn parts(ui: &mut Ui, read: &mut VolumeSettings, opened: &OpenVolume) {
         }
     }
     channels(ui, read, opened);
-    if let Some(time) = part(ui, "Time point", contents.time, contents.times) {
-        read.time = Some(time.into());
-    }
+    ui.horizontal(|ui| {
+        if let Some(time) = part(ui, "Time point", contents.time, contents.times) {
+            read.time = Some(time.into());
+        }
+        if contents.times > 1 {
+            ui.toggle_value(plays, "Play time points");
+        }
+    });
     components(ui, read, opened);
 }
 
