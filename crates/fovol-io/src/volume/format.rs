@@ -7,11 +7,13 @@ use super::dicom;
 use super::zarr;
 use super::{
     Overrides, Source, legacy_vtk, metaimage, nanovdb, nifti, nrrd, numpy, raw, slice_folder, tiff_stack,
-    time_series, vdb, vti,
+    vdb, vti,
 };
 #[cfg(feature = "hdf5")]
 use super::{hdf5, netcdf};
-use crate::{Error, Result};
+#[cfg(not(all(feature = "dicom", feature = "zarr")))]
+use crate::Error;
+use crate::Result;
 use fovol_core::Volume;
 #[cfg(not(feature = "dicom"))]
 use std::io::Read;
@@ -71,14 +73,14 @@ pub fn is_known(bytes: &[u8], path: &Path) -> bool {
     by_content(bytes).is_some() || foreign_content(bytes).is_some() || by_name(&name(path)).is_some()
 }
 
-/// Reads a folder as a volume.
+/// Reads the folder `path` as a volume; `None` if it has no slices and is none of Zarr.
 ///
 /// # Errors
-/// A folder that holds no volume.
-pub fn read_folder(path: &Path, overrides: &Overrides) -> Result<Volume> {
+/// Damaged files.
+pub fn read_folder(path: &Path, overrides: &Overrides) -> Result<Option<Volume>> {
     if is_zarr(path) {
         #[cfg(feature = "zarr")]
-        return zarr::parse_folder(path, overrides);
+        return zarr::parse_folder(path, overrides).map(Some);
         #[cfg(not(feature = "zarr"))]
         return Err(Error::unsupported(path, ZARR));
     }
@@ -86,30 +88,23 @@ pub fn read_folder(path: &Path, overrides: &Overrides) -> Result<Volume> {
     if dicom::is_in_folder(path)
         && let Some(volume) = dicom::parse_folder(path, overrides)?
     {
-        return Ok(volume);
+        return Ok(Some(volume));
     }
     if let Some(volume) = tiff_stack::parse_folder(path, overrides)? {
-        return Ok(volume);
+        return Ok(Some(volume));
     }
     if let Some(volume) = slice_folder::parse(path, overrides)? {
-        return Ok(volume);
+        return Ok(Some(volume));
     }
     #[cfg(feature = "dicom")]
     if let Some(volume) = dicom::parse_folder(path, overrides)? {
-        return Ok(volume);
+        return Ok(Some(volume));
     }
     #[cfg(not(feature = "dicom"))]
     if holds_dicom(path) {
         return Err(Error::unsupported(path, DICOM));
     }
-    let series = time_series::files_in_folder(path)?;
-    if !series.is_empty() {
-        return time_series::parse(path, &series, overrides);
-    }
-    Err(Error::unsupported(
-        path,
-        "it is a folder without slices of DICOM, TIFF, PNG, JPEG or BMP; or two or more volumes; name a volume file",
-    ))
+    Ok(None)
 }
 
 /// Advice for a DICOM file, or a folder of them.
@@ -274,14 +269,6 @@ mod tests {
             let error = parser_of(&Source::from_bytes(Path::new(name), vec![1; 64])).unwrap_err().to_string();
             assert!(error.contains(program), "{error}");
         }
-    }
-
-    #[test]
-    fn folders_without_slices_say_so() {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("notes.txt"), "of the scan").unwrap();
-        let said = read_folder(folder.path(), &Overrides::default()).unwrap_err().to_string();
-        assert!(said.contains("without slices"), "{said}");
     }
 
     #[test]

@@ -47,13 +47,13 @@ mod write;
 mod zarr;
 mod zip;
 
-use crate::Result;
+use crate::{Error, Result};
 pub use array_path::split_array;
 pub use detached::Beside;
 use fovol_core::Volume;
 pub use overrides::Overrides;
 pub use source::Source;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 pub use time_series::is_pattern;
 pub use write::{write, write_with};
 
@@ -71,13 +71,28 @@ pub fn read(path: &Path, overrides: &Overrides) -> Result<Volume> {
         return parse(&Source::open(&file)?, &chosen);
     }
     if is_pattern(path) {
-        return time_series::parse(path, &time_series::files_of_pattern(path)?, overrides);
+        return read_series(path, &time_series::files_of_pattern(path)?, overrides);
     }
     if path.is_dir() {
-        let volume = format::read_folder(path, overrides)?;
+        let Some(volume) = format::read_folder(path, overrides)? else {
+            return read_series(path, &time_series::files_in_folder(path)?, overrides);
+        };
         return overrides.apply(&Source::from_bytes(path, Vec::new()), volume);
     }
     parse(&Source::open(path)?, overrides)
+}
+
+/// Reads one of `files`, the time points of the series `path`.
+fn read_series(path: &Path, files: &[PathBuf], overrides: &Overrides) -> Result<Volume> {
+    if files.is_empty() {
+        return Err(Error::unsupported(
+            path,
+            "it is a folder without slices of DICOM, TIFF, PNG, JPEG or BMP, and without several volumes; name a volume file",
+        ));
+    }
+    let (time, file) = time_series::chosen(path, files, overrides)?;
+    let volume = read(file, &Overrides { time: None, ..overrides.clone() })?;
+    time_series::placed(volume, file, [time, files.len()])
 }
 
 /// Reads the volume in `source`, as [`read`] does.
@@ -93,4 +108,17 @@ pub fn parse(source: &Source, overrides: &Overrides) -> Result<Volume> {
         None => raw::parse(source, overrides)?,
     };
     overrides.apply(source, volume)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_without_slices_say_so() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("notes.txt"), "of the scan").unwrap();
+        let said = read(folder.path(), &Overrides::default()).unwrap_err().to_string();
+        assert!(said.contains("without slices"), "{said}");
+    }
 }

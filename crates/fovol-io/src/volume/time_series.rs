@@ -35,23 +35,28 @@ pub fn files_in_folder(path: &Path) -> Result<Vec<PathBuf>> {
     Ok(if files.len() < 2 { Vec::new() } else { files })
 }
 
-/// Reads the time point that `overrides` choose of `files`, one file a time point.
+/// The one of `files`, one file a time point, that `overrides` choose, and its number. `path` names all of them.
 ///
 /// # Errors
-/// A time point that is not there; a file that is no volume or has time points of its own; files of other dimensions than the first.
-pub fn parse(path: &Path, files: &[PathBuf], overrides: &Overrides) -> Result<Volume> {
-    let series = Source::from_bytes(path, Vec::new());
-    let time = overrides.time_of(&series, files.len())?;
-    let alone = Overrides { time: None, ..overrides.clone() };
-    let volume = super::read(&files[time], &alone)?;
+/// A time point that is not there.
+pub fn chosen<'f>(path: &Path, files: &'f [PathBuf], overrides: &Overrides) -> Result<(usize, &'f Path)> {
+    let time = overrides.time_of(&Source::from_bytes(path, Vec::new()), files.len())?;
+    Ok((time, &files[time]))
+}
+
+/// `volume`, read from `file`, as time point `time` of `times`.
+///
+/// # Errors
+/// A volume that has time points of its own.
+pub fn placed(volume: Volume, file: &Path, [time, times]: [usize; 2]) -> Result<Volume> {
     let own = volume.contents().times;
     if own > 1 {
         return Err(Error::malformed(
-            &files[time],
+            file,
             format!("it has {own} time points of its own; name it alone, not in a series"),
         ));
     }
-    let contents = Contents { times: files.len(), time, ..volume.contents().clone() };
+    let contents = Contents { times, time, ..volume.contents().clone() };
     Ok(volume.with_contents(contents))
 }
 
