@@ -25,13 +25,13 @@ pub fn files_of_pattern(path: &Path) -> Result<Vec<PathBuf>> {
 }
 
 /// Volume files of the folder `path` in the natural order of their names: those with the most frequent ending, or raw files
-/// if none has a header. Empty where there are fewer than two.
+/// if fewer than two have headers. Empty where there are fewer than two.
 ///
 /// # Errors
 /// A folder that cannot be read.
 pub fn files_in_folder(path: &Path) -> Result<Vec<PathBuf>> {
     let with_headers = alike(files_in(path, format::is_name_with_header)?);
-    let files = if with_headers.is_empty() { alike(files_in(path, is_raw_name)?) } else { with_headers };
+    let files = if with_headers.len() < 2 { alike(files_in(path, is_raw_name)?) } else { with_headers };
     Ok(if files.len() < 2 { Vec::new() } else { files })
 }
 
