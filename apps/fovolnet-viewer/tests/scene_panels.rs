@@ -126,3 +126,25 @@ fn components_are_colours_or_alone() {
         viewer.opened().is_some_and(|opened| opened.volume.colours.is_some())
     });
 }
+
+#[test]
+fn labels_are_hidden_and_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = (0..512).map(|i| [0, 3, 1, 7][i / 8 % 4]).collect::<Vec<u8>>();
+    let path = folder.path().join("organs_8x8x8_uint8.raw");
+    std::fs::write(&path, bytes).unwrap();
+    let mut window = window_reading(path.to_str(), VolumeSettings::default(), folder.path());
+    let opacities = |window: &Window| {
+        opened(window).shown_labels().iter().map(|label| label.opacity).collect::<Vec<f64>>()
+    };
+    assert_eq!(opacities(&window), [0.9; 3]);
+    press(&mut window, "label 3");
+    settle(&mut window);
+    assert_eq!(opacities(&window), [0.9, 0.0, 0.9]);
+    press(&mut window, "Hide all");
+    settle(&mut window);
+    assert_eq!(opacities(&window), [0.0; 3]);
+    press(&mut window, "Show all");
+    settle(&mut window);
+    assert_eq!(opacities(&window), [0.9; 3]);
+}

@@ -6,6 +6,7 @@ use crate::ui::transfer::transfer_editor::TransferEditor;
 use anyhow::Result;
 use fovolnet::core::{Camera, CameraPath, FrameSize, GazePath, Keyframe, TransferFunction, path_of_text};
 use fovolnet::io::volume::dicom;
+use fovolnet::presets::ShownLabel;
 use fovolnet::{
     Choice, CropBox, GazeChoice, NamedView, OpenVolume, Orientation, PathChoice, RenderOverrides,
     RenderSettings, Sampling, TransferChoice, VolumeSettings, WorldBox, camera_path, open_volume, presets,
@@ -34,6 +35,8 @@ pub struct Opened {
     world: WorldBox,
     /// Names of the series of a DICOM folder, in the order of `--series`.
     series: Vec<String>,
+    /// Labels of a label map, in their usual colours.
+    labels: Vec<ShownLabel>,
 }
 
 /// Settings that determine the path of a session.
@@ -114,8 +117,10 @@ impl Opened {
             gaze_words: None,
             world,
             series: Vec::new(),
+            labels: Vec::new(),
         };
         opened.series = opened.listed_series();
+        opened.labels = presets::labels(&opened.volume.volume);
         if let Err(error) = opened.refresh() {
             notes.push(format!("{error}; the usual turntable is shown instead"));
         }
@@ -170,6 +175,21 @@ impl Opened {
     /// Names of the series of a DICOM folder, in the order of `--series`; empty for other volumes.
     pub fn series(&self) -> &[String] {
         &self.series
+    }
+
+    /// Labels of a label map, in their usual colours; empty for other volumes.
+    pub fn labels(&self) -> &[ShownLabel] {
+        &self.labels
+    }
+
+    /// Labels of a label map as the transfer function shows them.
+    pub fn shown_labels(&self) -> Vec<ShownLabel> {
+        let [lo, hi] = self.volume.volume.range();
+        let shown = |label: &ShownLabel| {
+            let [r, g, b, opacity] = self.transfer().evaluate((label.value - lo) / (hi - lo));
+            ShownLabel { colour: [r, g, b], opacity, ..label.clone() }
+        };
+        self.labels.iter().map(shown).collect()
     }
 
     fn listed_series(&self) -> Vec<String> {

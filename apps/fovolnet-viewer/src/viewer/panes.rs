@@ -13,6 +13,7 @@ use crate::ui::transfer::transfer_editor::presets_ui;
 use crate::{ui::panels, ui::picture::picture_view, ui::start_page};
 use eframe::egui::{self, Align, CollapsingHeader, Layout, Rect, Ui};
 use fovolnet::core::FrameSize;
+use fovolnet::presets;
 
 /// Largest picture on the screen, in pixels along each side.
 const LARGEST: f32 = 8192.0;
@@ -85,6 +86,16 @@ impl Viewer {
             }
             opened.backdrop.ui(ui, &opened.volume);
         });
+        if !opened.labels().is_empty() {
+            section("Labels").show(ui, |ui| {
+                let mut labels = opened.shown_labels();
+                if panels::labels(ui, &mut labels)
+                    && let Some(transfer) = presets::of_labels(&labels)
+                {
+                    opened.set_transfer(&transfer);
+                }
+            });
+        }
         section("View").show(ui, |ui| {
             let has_placement = opened.volume.volume.placement().is_some();
             panels::standing(ui, opened.document.settings_mut(), has_placement);

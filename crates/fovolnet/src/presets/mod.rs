@@ -15,4 +15,5 @@ pub(crate) use chosen::of_choice;
 pub use chosen::{chosen, find};
 #[cfg(feature = "files")]
 pub(crate) use chosen::{json_of_file, of_json};
+pub use label_colours::{ShownLabel, labels, of_labels};
 pub use notes::notes;

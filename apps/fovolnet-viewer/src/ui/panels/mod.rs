@@ -2,6 +2,7 @@
 
 mod data;
 mod fields;
+mod labels;
 mod mode;
 mod motion;
 mod placement;
@@ -11,6 +12,7 @@ mod scene;
 mod statistics;
 
 pub use data::{data, has_parts};
+pub use labels::labels;
 pub use mode::{mode, projection};
 pub use motion::{budget, looks};
 pub use placement::{cropping, standing};
