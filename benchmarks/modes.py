@@ -48,7 +48,7 @@ def published(data, name):
 
 def unit(voxels):
     low, high = np.percentile(voxels, [1, 99.9])
-    return np.clip((voxels.astype(np.float32) - low) / max(high - low, 1e-6), 0.0, 1.0)
+    return np.clip((voxels - low) / max(high - low, 1e-6), 0.0, 1.0).astype(np.float32)
 
 
 def labels(voxels):

@@ -9,6 +9,8 @@ pub mod dataset;
 mod error;
 #[cfg(test)]
 mod fault;
+#[cfg(any(feature = "download", feature = "remote"))]
+mod http;
 #[cfg(feature = "files")]
 pub mod image;
 pub mod natural_order;

@@ -1,11 +1,12 @@
 use super::progress::{Stage, Watch};
 use super::{Error, Result};
+use crate::http::agent;
 use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::time::Duration;
+use ureq::Body;
 use ureq::http::Response;
-use ureq::{Agent, Body};
 
 /// A silence longer than this counts as a broken connection; Ctrl-C is heard after it at the latest.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -58,23 +59,6 @@ fn open(url: &str, held: u64) -> Result<(u64, Response<Body>)> {
         206 | 416 if held > 0 => open(url, 0),
         status => Err(Error::Status { url: url.into(), status }),
     }
-}
-
-/// Creates an HTTP agent that gives up after `patience`.
-///
-/// The limit applies to the connection, to the whole header of the response and to each read of its body. Without it, a
-/// server that sends the header byte by byte would block for ever.
-fn agent(patience: Duration) -> Agent {
-    Agent::config_builder()
-        .http_status_as_error(false)
-        .user_agent(concat!("fovolnet/", env!("CARGO_PKG_VERSION")))
-        // Compressed on the way, positions in the file would mean nothing.
-        .accept_encoding("identity")
-        .timeout_connect(Some(patience))
-        .timeout_recv_response(Some(patience))
-        .timeout_per_read(Some(patience))
-        .build()
-        .into()
 }
 
 /// The first position in `Content-Range: bytes FIRST-LAST/TOTAL`.

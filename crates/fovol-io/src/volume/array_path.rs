@@ -1,4 +1,4 @@
-//! Names such as `FILE.h5:/path/to/dataset`: a file and an array in it.
+//! Names such as `FILE.h5:/path/to/dataset`: a file and an array in it; and addresses of the web.
 
 use std::path::{Path, PathBuf};
 
@@ -18,6 +18,13 @@ pub fn split_array(path: &Path) -> (PathBuf, Option<String>) {
         Some((file, array)) => (file.into(), Some(array.to_owned())),
         None => whole(),
     }
+}
+
+/// Whether `path` is an address of the web: it begins with `http://` or `https://`.
+pub fn is_remote(path: &Path) -> bool {
+    // Paths may lose a slash of two that follow each other.
+    let text = path.to_string_lossy();
+    ["http:/", "https:/"].iter().any(|scheme| text.starts_with(scheme))
 }
 
 /// Whether the folder `path` holds a group or an array of Zarr.

@@ -48,7 +48,7 @@ mod zarr;
 mod zip;
 
 use crate::{Error, Result};
-pub use array_path::split_array;
+pub use array_path::{is_remote, split_array};
 pub use detached::Beside;
 use fovol_core::Volume;
 pub use overrides::Overrides;
@@ -70,6 +70,9 @@ pub fn read(path: &Path, overrides: &Overrides) -> Result<Volume> {
         }
         return parse(&Source::open(&file)?, &chosen);
     }
+    if is_remote(path) {
+        return read_remote(path, overrides);
+    }
     if is_pattern(path) {
         return read_series(path, &time_series::files_of_pattern(path)?, overrides);
     }
@@ -80,6 +83,21 @@ pub fn read(path: &Path, overrides: &Overrides) -> Result<Volume> {
         return overrides.apply(&Source::from_bytes(path, Vec::new()), volume);
     }
     parse(&Source::open(path)?, overrides)
+}
+
+/// Reads the Zarr at the address `url`.
+#[cfg(feature = "remote")]
+fn read_remote(url: &Path, overrides: &Overrides) -> Result<Volume> {
+    zarr::parse_remote(url, overrides)
+}
+
+/// Error for an address in a program that reads none.
+#[cfg(not(feature = "remote"))]
+fn read_remote(url: &Path, _: &Overrides) -> Result<Volume> {
+    Err(Error::unsupported(
+        url,
+        "Zarr on the web is read only with the cargo feature `remote` of fovol-io; build with it, or download the folder",
+    ))
 }
 
 /// Reads one of `files`, the time points of the series `path`.

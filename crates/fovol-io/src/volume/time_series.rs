@@ -1,5 +1,6 @@
 //! Time series of files: a folder of volumes, or a pattern such as `run_*.vti`.
 
+use super::array_path::is_remote;
 use super::{Overrides, Source, format};
 use crate::{Error, Result, natural_order};
 use fovol_core::{Contents, Volume};
@@ -7,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 /// Whether `path` is a pattern of files: it does not exist, and its last part has a `*` or `?`.
 pub fn is_pattern(path: &Path) -> bool {
-    path.file_name().is_some_and(|name| name.to_string_lossy().contains(['*', '?'])) && !path.exists()
+    let has_wildcard = path.file_name().is_some_and(|name| name.to_string_lossy().contains(['*', '?']));
+    has_wildcard && !is_remote(path) && !path.exists()
 }
 
 /// Files of the pattern `path` in the natural order of their names.

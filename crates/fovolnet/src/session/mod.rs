@@ -119,7 +119,11 @@ impl Session {
     pub fn check_volume(&self, file: &Path) -> Result<()> {
         let is_path = self.volume_sha256.is_some() || self.volume.contains(['.', '/', '\\']);
         let path = path_of_text(&self.volume);
-        if !is_path || path.exists() || fovol_io::volume::is_pattern(&path) {
+        if !is_path
+            || path.exists()
+            || fovol_io::volume::is_remote(&path)
+            || fovol_io::volume::is_pattern(&path)
+        {
             return Ok(());
         }
         Err(Error::Setting(format!(

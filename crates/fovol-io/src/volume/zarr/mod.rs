@@ -57,6 +57,17 @@ pub fn parse_folder(path: &Path, overrides: &Overrides) -> Result<Volume> {
     parse(&source, &Folder::new(path.to_owned()), overrides)
 }
 
+/// Reads the hierarchy at the address `url`, as [`parse_folder`] does.
+///
+/// # Errors
+/// Those of [`parse_folder`], and a server that cannot be reached.
+#[cfg(feature = "remote")]
+pub fn parse_remote(url: &Path, overrides: &Overrides) -> Result<Volume> {
+    let source = Source::from_bytes(url, Vec::new());
+    let remote = store::Remote::open(&url.to_string_lossy()).map_err(|e| crate::Error::io("read", url, e))?;
+    parse(&source, &remote, overrides)
+}
+
 /// Whether the zip archive `source` holds a hierarchy.
 pub fn is_archive(source: &Source) -> bool {
     source.bytes().starts_with(b"PK\x03\x04") && matches!(Archive::open(source), Ok(Some(_)))

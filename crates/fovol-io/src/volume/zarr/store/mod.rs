@@ -1,10 +1,14 @@
-//! Places that hold the files of a Zarr hierarchy: a folder or a zip archive.
+//! Places that hold the files of a Zarr hierarchy: a folder, a zip archive or a web server.
 
 mod archive;
 mod folder;
+#[cfg(feature = "remote")]
+mod remote;
 
 pub use archive::Archive;
 pub use folder::Folder;
+#[cfg(feature = "remote")]
+pub use remote::Remote;
 use std::io;
 use std::ops::Range;
 
