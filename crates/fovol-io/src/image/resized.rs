@@ -1,5 +1,6 @@
-use fast_image_resize::images::{Image, ImageRef};
-use fast_image_resize::{FilterType, PixelType, ResizeAlg, ResizeOptions, Resizer};
+use fast_image_resize::images::{TypedImage, TypedImageRef};
+use fast_image_resize::pixels::F32x4;
+use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
 use fovol_core::{Frame, FrameSize};
 use rayon::prelude::*;
 
@@ -40,17 +41,20 @@ pub fn resized(frame: &Frame, size: FrameSize) -> Frame {
 }
 
 /// Resizes the part `[left, top, width, height]` of the pixels `from` to the pixels `to`; both with their row's length.
+///
+/// The type of the pixels is stated, so that the library is not compiled for every other type too.
 fn resize(from: (&[[f32; 4]], u32), to: (&mut [[f32; 4]], u32), [left, top, width, height]: [f64; 4]) {
     let rows = |pixels: usize, width: u32| (pixels / width as usize) as u32;
     let (pixels, columns) = from;
-    let picture =
-        ImageRef::new(columns, rows(pixels.len(), columns), bytemuck::cast_slice(pixels), PixelType::F32x4);
+    let rows_from = rows(pixels.len(), columns);
+    let picture = TypedImageRef::<F32x4>::from_buffer(columns, rows_from, bytemuck::cast_slice(pixels));
     let (pixels, columns) = to;
-    let height_to = rows(pixels.len(), columns);
-    let target = Image::from_slice_u8(columns, height_to, bytemuck::cast_slice_mut(pixels), PixelType::F32x4);
+    let rows_to = rows(pixels.len(), columns);
+    let target = TypedImage::<F32x4>::from_buffer(columns, rows_to, bytemuck::cast_slice_mut(pixels));
     let cubic = ResizeAlg::Convolution(FilterType::CatmullRom);
     let options = ResizeOptions::new().resize_alg(cubic).use_alpha(false).crop(left, top, width, height);
-    Resizer::new().resize(&picture.expect(FITS), &mut target.expect(FITS), &options).expect(FITS);
+    let (picture, mut target) = (picture.expect(FITS), target.expect(FITS));
+    Resizer::new().resize_typed(&picture, &mut target, &options).expect(FITS);
 }
 
 #[cfg(test)]

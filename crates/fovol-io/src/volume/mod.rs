@@ -31,6 +31,7 @@ mod numpy;
 mod overrides;
 mod payload;
 mod raw;
+mod reals;
 mod rectilinear;
 mod series;
 mod slice_folder;

@@ -1,11 +1,11 @@
 //! Values at points whose distances differ from place to place, brought to equal distances.
 
-use super::Source;
 use super::affine::Affine;
 use super::layout::{Layout, placed};
+use super::{Source, reals};
 use crate::{Error, Result};
 use fovol_core::memory::{self, Estimate, SMALLER_VOLUME};
-use fovol_core::{Dtype, Space, Volume, Voxel, stop, with_voxel_type};
+use fovol_core::{Dtype, Space, Volume, stop};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -173,10 +173,7 @@ impl Coordinates {
         let work = "resampling it to equal distances";
         Estimate::new(work).with("its voxels", length as u64).check(SMALLER_VOLUME).map_err(scarce)?;
         let mut out = memory::zeroed(length, work, SMALLER_VOLUME).map_err(scarce)?;
-        with_voxel_type!(volume.dtype(), T => match dtype {
-            Dtype::F32 => self.interpolate::<T, 4>(volume, dims, &mut out, |value| (value as f32).to_le_bytes()),
-            _ => self.interpolate::<T, 8>(volume, dims, &mut out, f64::to_le_bytes),
-        });
+        self.interpolate(volume, dims, dtype, &mut out);
         let resampled = layout.volume(source, Arc::new(out), 0)?;
         let [x, y, z] = dims;
         Ok(resampled
@@ -188,42 +185,43 @@ impl Coordinates {
             )))
     }
 
-    /// Fills `out`, `dims` points at equal distances, from the values of `volume`.
-    fn interpolate<T: Voxel, const N: usize>(
-        &self,
-        volume: &Volume,
-        dims: [usize; 3],
-        out: &mut [u8],
-        encode: impl Fn(f64) -> [u8; N] + Sync,
-    ) {
+    /// Fills `out`, `dims` points of type `dtype` at equal distances, from the values of `volume`.
+    fn interpolate(&self, volume: &Volume, dims: [usize; 3], dtype: Dtype, out: &mut [u8]) {
         let [along_x, along_y, along_z] = [0, 1, 2].map(|axis| self.0[axis].places(dims[axis]));
-        let [nx, ny, _] = volume.grid().dims();
-        let (components, size, endian, data) =
-            (volume.components(), size_of::<T>(), volume.endian(), volume.data());
-        let value = |x: usize, y: usize, z: usize, component: usize| {
-            let at = (((z * ny + y) * nx + x) * components + component) * size;
-            data.get(at..at + size).map_or(f64::NAN, |raw| T::decode(raw, endian).to_f64())
-        };
-        // A value that does not count may be NaN.
-        let mixed =
-            |part: f64, a: f64, b: &dyn Fn() -> f64| if part == 0.0 { a } else { a + part * (b() - a) };
-        let slice = dims[0] * dims[1] * components * N;
-        out.par_chunks_exact_mut(slice.max(1)).zip(&along_z).for_each(|(slice, &(z, c))| {
+        let row = dims[0] * volume.components() * dtype.size();
+        out.par_chunks_exact_mut((row * dims[1]).max(1)).zip(&along_z).for_each(|(slice, &(z, c))| {
             stop::point();
-            let rows = slice.chunks_exact_mut(dims[0] * components * N);
-            for (row, &(y, b)) in rows.zip(&along_y) {
-                for (voxel, &(x, a)) in row.chunks_exact_mut(components * N).zip(&along_x) {
-                    for (component, written) in voxel.as_chunks_mut::<N>().0.iter_mut().enumerate() {
-                        let line = |y: usize, z: usize| {
-                            mixed(a, value(x, y, z, component), &|| value(x + 1, y, z, component))
-                        };
-                        let plane = |z: usize| mixed(b, line(y, z), &|| line(y + 1, z));
-                        *written = encode(mixed(c, plane(z), &|| plane(z + 1)));
-                    }
-                }
+            for (row, &(y, b)) in slice.chunks_exact_mut(row).zip(&along_y) {
+                let plane =
+                    |z: usize| mixed(b, line(volume, &along_x, y, z), || line(volume, &along_x, y + 1, z));
+                reals::encode(&mixed(c, plane(z), || plane(z + 1)), dtype, row);
             }
         });
     }
+}
+
+/// The values of a row of `volume`, interpolated at `places`.
+fn line(volume: &Volume, places: &[(usize, f64)], y: usize, z: usize) -> Vec<f64> {
+    let ([nx, ny, _], components) = (volume.grid().dims(), volume.components());
+    let length = nx * components * volume.dtype().size();
+    let row = &volume.data()[(z * ny + y) * length..][..length];
+    let values = reals::decoded(row, volume.dtype(), volume.endian());
+    let mut line = Vec::with_capacity(places.len() * components);
+    for &(x, part) in places {
+        for at in x * components..(x + 1) * components {
+            let a = values[at];
+            line.push(if part == 0.0 { a } else { a + part * (values[at + components] - a) });
+        }
+    }
+    line
+}
+
+/// The values `part` of the way from `a` to `b`. Those of `b` may be NaN, or not exist, where they do not count.
+fn mixed(part: f64, mut a: Vec<f64>, b: impl FnOnce() -> Vec<f64>) -> Vec<f64> {
+    if part != 0.0 {
+        a.iter_mut().zip(b()).for_each(|(a, b)| *a += part * (b - *a));
+    }
+    a
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Voxels on their way out: the first component, scaled, little-endian.
 
-use fovol_core::{Dtype, Endian, Rescale, Volume, stop, with_voxel_type};
+use super::reals;
+use fovol_core::{Dtype, Endian, Rescale, Volume, stop};
 use std::io::{self, Write};
 
 /// This many voxels are held in memory while they are turned.
@@ -96,11 +97,17 @@ fn fits_f32(volume: &Volume) -> bool {
     fits
 }
 
+/// Calls `visit` with the scaled first component of each of `voxels`.
 fn for_each_scaled(volume: &Volume, voxels: std::ops::Range<usize>, mut visit: impl FnMut(f64)) {
-    use fovol_core::Voxel;
-    let rescale = volume.rescale();
-    with_voxel_type!(volume.dtype(), T => {
-        volume.for_each_raw::<T>(voxels.start..=voxels.end - 1, |raw| visit(rescale.apply(raw.to_f64())));
+    let (components, dtype, rescale) = (volume.components(), volume.dtype(), volume.rescale());
+    let stride = components * dtype.size();
+    let bytes = &volume.data()[voxels.start * stride..voxels.end * stride];
+    let mut component = 0;
+    reals::for_each(bytes, dtype, volume.endian(), |raw| {
+        if component == 0 {
+            visit(rescale.apply(raw));
+        }
+        component = if component + 1 == components { 0 } else { component + 1 };
     });
 }
 

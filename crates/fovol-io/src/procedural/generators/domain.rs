@@ -59,8 +59,7 @@ impl Domain {
         let [nx, ny, _] = self.grid.dims();
         let [xs, ys, zs] = [0, 1, 2].map(|axis| self.centres(axis));
         let mut values = self.zeros()?;
-        values.par_chunks_mut(nx).enumerate().for_each(|(row, out)| {
-            stop::point();
+        for_each_row(&mut values, nx, &|row, out| {
             let (y, z) = (row % ny, row / ny);
             for (x, out) in out.iter_mut().enumerate() {
                 *out = value(Site { index: [x, y, z], centre: Vec3::new(xs[x], ys[y], zs[z]) });
@@ -68,4 +67,14 @@ impl Domain {
         });
         Ok(values)
     }
+}
+
+/// Calls `fill` with the number and the values of each row of `length`, on all threads.
+///
+/// Not generic over `fill`: what distributes the work is large, and compiled once for all volumes.
+fn for_each_row<T: Send>(values: &mut [T], length: usize, fill: &(dyn Fn(usize, &mut [T]) + Sync)) {
+    values.par_chunks_mut(length).enumerate().for_each(|(row, out)| {
+        stop::point();
+        fill(row, out);
+    });
 }

@@ -166,11 +166,10 @@ impl Flow {
 
     /// Splits the transform of x + i·y into those of the real fields x and y, which are conjugate at
     /// opposite waves.
-    fn separate(&self, packed: &[Complex32], [x, y, _]: &mut Components) {
+    fn separate(&self, packed: &[Complex32], components: &mut Components) {
         let n = self.n;
         let opposite = |i: usize| if i == 0 { 0 } else { n - i };
-        let slabs = x.par_chunks_mut(n * n).zip(y.par_chunks_mut(n * n)).enumerate();
-        slabs.for_each(|(kz, (x, y))| {
+        for_each_slab(n, components, &|kz, [x, y, _]| {
             for ky in 0..n {
                 let row = (opposite(kz) * n + opposite(ky)) * n;
                 for kx in 0..n {
@@ -225,12 +224,10 @@ fn curl(k: [i32; 3], u: [Complex32; 3]) -> [Complex32; 3] {
 /// Replaces the components of every wave.
 fn for_each_wave(
     n: usize,
-    [x, y, z]: &mut Components,
+    components: &mut Components,
     change: impl Fn([i32; 3], [Complex32; 3]) -> [Complex32; 3] + Sync,
 ) {
-    let slab = n * n;
-    let slabs = x.par_chunks_mut(slab).zip(y.par_chunks_mut(slab)).zip(z.par_chunks_mut(slab));
-    slabs.enumerate().for_each(|(iz, ((x, y), z))| {
+    for_each_slab(n, components, &|iz, [x, y, z]| {
         for iy in 0..n {
             for ix in 0..n {
                 let (i, k) = (iy * n + ix, [ix, iy, iz].map(|i| wave_number(i, n)));
@@ -247,17 +244,30 @@ fn combine(
     n: usize,
     change: impl Fn([usize; 3], Complex32, Complex32) -> Complex32 + Sync,
 ) {
-    for (to, from) in to.iter_mut().zip(from) {
-        let slabs = to.par_chunks_mut(n * n).zip(from.par_chunks(n * n)).enumerate();
-        slabs.for_each(|(z, (to, from))| {
+    for_each_slab(n, to, &|z, slabs| {
+        for (to, from) in slabs.into_iter().zip(from) {
+            let from = &from[z * n * n..(z + 1) * n * n];
             for y in 0..n {
                 for x in 0..n {
                     let i = y * n + x;
                     to[i] = change([x, y, z], to[i], from[i]);
                 }
             }
-        });
-    }
+        }
+    });
+}
+
+/// Calls `change` with each z and the slabs of the components there, on all threads.
+///
+/// Not generic: what distributes the work is large, and compiled once for all changes.
+fn for_each_slab(
+    n: usize,
+    [x, y, z]: &mut Components,
+    change: &(dyn Fn(usize, [&mut [Complex32]; 3]) + Sync),
+) {
+    let slab = n * n;
+    let slabs = x.par_chunks_mut(slab).zip(y.par_chunks_mut(slab)).zip(z.par_chunks_mut(slab));
+    slabs.enumerate().for_each(|(iz, ((x, y), z))| change(iz, [x, y, z]));
 }
 
 /// exp(−k²·t) as a product over the axes.

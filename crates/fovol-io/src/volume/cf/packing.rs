@@ -1,11 +1,11 @@
 //! Packed values: scale, offset, and values that mark voxels without data.
 
 use super::Attributes;
-use crate::volume::Source;
 use crate::volume::layout::placed;
+use crate::volume::{Source, reals};
 use crate::{Error, Result};
 use fovol_core::memory::{self, SMALLER_VOLUME};
-use fovol_core::{Dtype, Endian, Rescale, Volume, Voxel, stop, with_voxel_type};
+use fovol_core::{Dtype, Endian, Rescale, Volume, stop};
 use std::sync::Arc;
 
 /// Values decoded between two looks at whether to stop.
@@ -62,12 +62,9 @@ pub fn unpacked(source: &Source, volume: Volume, attributes: &Attributes) -> Res
 
 /// Calls `visit` with every raw value.
 fn for_each(volume: &Volume, mut visit: impl FnMut(f64)) {
-    let (size, endian) = (volume.dtype().size(), volume.endian());
-    for piece in volume.data().chunks(PIECE * size) {
+    for piece in volume.data().chunks(PIECE * volume.dtype().size()) {
         stop::point();
-        with_voxel_type!(volume.dtype(), T => {
-            piece.chunks_exact(size).for_each(|raw| visit(T::decode(raw, endian).to_f64()));
-        });
+        reals::for_each(piece, volume.dtype(), volume.endian(), &mut visit);
     }
 }
 

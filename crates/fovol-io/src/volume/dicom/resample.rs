@@ -1,7 +1,7 @@
 //! Slices at any distance and slid against each other, resampled linearly to a regular grid.
 
-use bytemuck::Pod;
-use fovol_core::{Dtype, Endian, Voxel, stop, with_voxel_type};
+use crate::volume::reals;
+use fovol_core::{Dtype, Endian, stop};
 use rayon::prelude::*;
 
 /// Where the values of a regular grid come from.
@@ -69,39 +69,48 @@ impl Resampling {
 
     /// Fills `out`, of the size of the result, with what `voxels` are there.
     pub fn apply(&self, voxels: &Voxels<'_>, out: &mut [u8]) {
-        with_voxel_type!(voxels.dtype, T => self.apply_to::<T>(voxels, out));
-    }
-
-    fn apply_to<T: Voxel + Pod>(&self, voxels: &Voxels<'_>, out: &mut [u8]) {
         let [nx, ny, _] = self.dims();
-        let row = nx * voxels.components * size_of::<T>();
-        out.par_chunks_mut(row * ny).zip(&self.sources).for_each(|(slice, &(lower, part))| {
+        let row = nx * voxels.components * voxels.dtype.size();
+        out.par_chunks_mut(row * ny).zip(&self.sources).for_each(|(out, &(lower, part))| {
             stop::point();
-            for (y, row) in slice.chunks_exact_mut(row).enumerate() {
-                for (i, place) in row.chunks_exact_mut(size_of::<T>()).enumerate() {
+            let below = self.slice(voxels, lower);
+            let above = (part != 0.0).then(|| self.slice(voxels, lower + 1));
+            let mut values = vec![0.0; nx * voxels.components];
+            for (y, out) in out.chunks_exact_mut(row).enumerate() {
+                for (i, value) in values.iter_mut().enumerate() {
                     let (x, component) = (i / voxels.components, i % voxels.components);
-                    let at = |slice: usize| self.sample::<T>(voxels, slice, [x, y], component);
-                    let value =
-                        if part == 0.0 { at(lower) } else { (1.0 - part) * at(lower) + part * at(lower + 1) };
-                    place.copy_from_slice(bytemuck::bytes_of(&T::from_f64(value)));
-                    if cfg!(target_endian = "big") {
-                        place.reverse();
-                    }
+                    let below = below.sample([x, y], component);
+                    *value = match &above {
+                        None => below,
+                        Some(above) => (1.0 - part) * below + part * above.sample([x, y], component),
+                    };
                 }
+                reals::encode(&values, voxels.dtype, out);
             }
         });
     }
 
-    /// The value of a slice at a pixel of the result.
-    fn sample<T: Voxel>(
-        &self,
-        voxels: &Voxels<'_>,
-        slice: usize,
-        pixel: [usize; 2],
-        component: usize,
-    ) -> f64 {
+    fn slice<'a>(&'a self, voxels: &'a Voxels<'_>, slice: usize) -> Slice<'a> {
+        let length = self.size[0] * self.size[1] * voxels.components * voxels.dtype.size();
+        let bytes = &voxels.bytes[slice * length..][..length];
+        Slice { resampling: self, slice, voxels, values: reals::decoded(bytes, voxels.dtype, Endian::Little) }
+    }
+}
+
+/// A slice that is there.
+struct Slice<'a> {
+    resampling: &'a Resampling,
+    slice: usize,
+    voxels: &'a Voxels<'a>,
+    values: Vec<f64>,
+}
+
+impl Slice<'_> {
+    /// The value at a pixel of the result.
+    fn sample(&self, pixel: [usize; 2], component: usize) -> f64 {
+        let Resampling { margins, slides, .. } = self.resampling;
         let place: [f64; 2] = std::array::from_fn(|axis| {
-            pixel[axis] as f64 - self.margins[axis][0] as f64 - self.slides[slice][axis]
+            pixel[axis] as f64 - margins[axis][0] as f64 - slides[self.slice][axis]
         });
         let whole = place.map(f64::floor);
         let parts = [place[0] - whole[0], place[1] - whole[1]];
@@ -110,26 +119,18 @@ impl Resampling {
             let weight = |axis: usize| if corner[axis] == 1.0 { parts[axis] } else { 1.0 - parts[axis] };
             let weight = weight(0) * weight(1);
             if weight > 0.0 {
-                sum += weight
-                    * self.stored::<T>(
-                        voxels,
-                        slice,
-                        [whole[0] + corner[0], whole[1] + corner[1]],
-                        component,
-                    );
+                sum += weight * self.stored([whole[0] + corner[0], whole[1] + corner[1]], component);
             }
         }
         sum
     }
 
-    fn stored<T: Voxel>(&self, voxels: &Voxels<'_>, slice: usize, [x, y]: [f64; 2], component: usize) -> f64 {
-        let [nx, ny] = self.size;
+    fn stored(&self, [x, y]: [f64; 2], component: usize) -> f64 {
+        let [nx, ny] = self.resampling.size;
         if x < 0.0 || y < 0.0 || x >= nx as f64 || y >= ny as f64 {
-            return voxels.outside;
+            return self.voxels.outside;
         }
-        let pixel = (slice * ny + y as usize) * nx + x as usize;
-        let at = (pixel * voxels.components + component) * size_of::<T>();
-        T::decode(&voxels.bytes[at..at + size_of::<T>()], Endian::Little).to_f64()
+        self.values[(y as usize * nx + x as usize) * self.voxels.components + component]
     }
 }
 

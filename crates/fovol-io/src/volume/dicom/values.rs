@@ -1,7 +1,8 @@
 //! From stored numbers to values: the smallest type that holds them exactly.
 
 use super::plane::{Plane, Scale};
-use fovol_core::{Dtype, Endian, Rescale, Voxel, with_voxel_type};
+use crate::volume::reals;
+use fovol_core::{Dtype, Endian, Rescale};
 
 /// How values come from what is stored.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,10 +28,10 @@ impl Values {
 
 /// Writes the scaled values of little-endian `samples` to `out` as 32-bit floats.
 pub fn scaled(samples: &[u8], dtype: Dtype, scale: Scale, out: &mut [u8]) {
-    let places = out.chunks_exact_mut(4);
-    with_voxel_type!(dtype, T => {
-        for (sample, place) in samples.chunks_exact(size_of::<T>()).zip(places) {
-            let value = scale.slope * T::decode(sample, Endian::Little).to_f64() + scale.intercept;
+    let mut places = out.chunks_exact_mut(4);
+    reals::for_each(samples, dtype, Endian::Little, |sample| {
+        if let Some(place) = places.next() {
+            let value = scale.slope * sample + scale.intercept;
             place.copy_from_slice(&(value as f32).to_le_bytes());
         }
     });
@@ -63,9 +64,11 @@ pub fn folded(samples: &mut [u8], dtype: Dtype, scale: Scale) -> (Dtype, Rescale
 
 /// The least of little-endian `samples`; 0 of none.
 pub fn least(samples: &[u8], dtype: Dtype) -> f64 {
-    let least = with_voxel_type!(dtype, T => {
-        let values = samples.chunks_exact(size_of::<T>()).map(|sample| T::decode(sample, Endian::Little).to_f64());
-        values.filter(|value| value.is_finite()).fold(f64::INFINITY, f64::min)
+    let mut least = f64::INFINITY;
+    reals::for_each(samples, dtype, Endian::Little, |sample| {
+        if sample.is_finite() {
+            least = least.min(sample);
+        }
     });
     if least.is_finite() { least } else { 0.0 }
 }

@@ -2,10 +2,10 @@
 
 use super::limits::{BYTES_PER_BYTE, FREE_BYTES};
 use super::{lzf, packed};
-use crate::volume::Source;
 use crate::volume::cf::{Attribute, Attributes};
+use crate::volume::{Source, reals};
 use crate::{Error, Result};
-use fovol_core::{Endian, Voxel, VoxelBytes, with_voxel_type};
+use fovol_core::VoxelBytes;
 use hdf5_reader::error::Error as Problem;
 use hdf5_reader::group::Group;
 use hdf5_reader::messages::HdfMessage;
@@ -212,10 +212,7 @@ pub fn attributes(attributes: &[hdf5_reader::Attribute]) -> Attributes {
 /// The numbers or the text of an attribute.
 fn value(found: &hdf5_reader::Attribute) -> Option<Attribute> {
     if let Ok(element) = super::element::Element::of(&found.datatype) {
-        let (dtype, endian): (_, Endian) = (element.dtype, element.endian);
-        let numbers = with_voxel_type!(dtype, T => {
-            found.raw_data.chunks_exact(dtype.size()).map(|raw| T::decode(raw, endian).to_f64()).collect()
-        });
+        let numbers = reals::decoded(&found.raw_data, element.dtype, element.endian);
         return Some(Attribute::Numbers(numbers));
     }
     let texts = found.read_strings().or_else(|_| found.read_string().map(|text| vec![text])).ok()?;

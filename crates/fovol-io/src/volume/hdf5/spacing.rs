@@ -3,7 +3,7 @@
 use super::file::{File, Named, attributes};
 use crate::volume::array_axes::ArrayAxes;
 use crate::volume::cf::{Attribute, Attributes, Coordinate, Spaced};
-use fovol_core::{Voxel, with_voxel_type};
+use crate::volume::reals;
 use hdf5_reader::Dataset;
 
 /// Longest axis whose coordinates are read.
@@ -36,9 +36,7 @@ impl Scale<'_> {
             return None;
         }
         let bytes = self.dataset.read_raw_bytes().ok()?;
-        let values: Vec<f64> = with_voxel_type!(element.dtype, T => {
-            bytes.chunks_exact(element.dtype.size()).map(|raw| T::decode(raw, element.endian).to_f64()).collect()
-        });
+        let values = reals::decoded(&bytes, element.dtype, element.endian);
         // A scale that was attached but never filled.
         if values.len() > 1 && values.iter().all(|&value| value == 0.0) {
             return None;

@@ -10,10 +10,10 @@ use super::affine::Affine;
 use super::arrays::{self, Candidate};
 use super::layout::{Layout, spacing_of};
 use super::rectilinear::Coordinates;
-use super::{Overrides, Source, numbers};
+use super::{Overrides, Source, numbers, reals};
 use crate::Result;
 use cursor::Cursor;
-use fovol_core::{Dtype, Endian, Space, Volume, Voxel, with_voxel_type};
+use fovol_core::{Dtype, Endian, Space, Volume};
 use glam::DVec3;
 use header::{Header, dtype, number};
 use std::sync::Arc;
@@ -86,10 +86,10 @@ fn coordinates(source: &Source, header: &Header) -> Result<[Vec<f64>; 3]> {
         };
         let bytes = &source.bytes()[positions.start..];
         *values = match header.is_binary {
-            true => with_voxel_type!(positions.dtype, T => {
-                let raw = bytes.chunks_exact(size_of::<T>()).take(positions.count);
-                raw.map(|raw| T::decode(raw, Endian::Big).to_f64()).collect()
-            }),
+            true => {
+                let length = positions.count.saturating_mul(positions.dtype.size()).min(bytes.len());
+                reals::decoded(&bytes[..length], positions.dtype, Endian::Big)
+            }
             false => {
                 let decimal = numbers::decimal(source, bytes, Dtype::F64, positions.count)?;
                 decimal.as_chunks().0.iter().map(|value| f64::from_le_bytes(*value)).collect()

@@ -3,7 +3,8 @@
 //! Source: <https://docs.unidata.ucar.edu/nug/current/file_format_specifications.html>.
 
 use crate::volume::cf::{Attribute, Attributes};
-use fovol_core::{Dtype, Endian, Voxel, with_voxel_type};
+use crate::volume::reals;
+use fovol_core::{Dtype, Endian};
 use std::collections::BTreeMap;
 
 /// Names, attributes and axes that are read at most.
@@ -175,7 +176,5 @@ fn dtype(kind: u32) -> Option<Option<Dtype>> {
 
 /// The big-endian numbers in `bytes`.
 pub fn decoded(bytes: &[u8], dtype: Dtype) -> Vec<f64> {
-    with_voxel_type!(dtype, T => {
-        bytes.chunks_exact(dtype.size()).map(|raw| T::decode(raw, Endian::Big).to_f64()).collect()
-    })
+    reals::decoded(bytes, dtype, Endian::Big)
 }

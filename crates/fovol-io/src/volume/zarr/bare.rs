@@ -2,18 +2,18 @@
 
 use super::axes::Axes;
 use super::chunks::Chunked;
-use super::element::{Element, reals};
+use super::element::Element;
 use super::hierarchy::{Hierarchy, joined};
 use super::json::Object;
 use super::metadata::{Array, Node};
 use super::part::Part;
 use super::window::Window;
 use crate::Result;
-use crate::volume::Overrides;
 use crate::volume::array_axes::ArrayAxes;
 use crate::volume::cf::{
     Attribute, Attributes, Coordinate, Spaced, stated_spacing, unpacked, with_spacing_notes,
 };
+use crate::volume::{Overrides, reals};
 use fovol_core::{Contents, Volume};
 use serde_json::Value;
 
@@ -105,9 +105,7 @@ impl Bare<'_> {
         let path = self.beside(name)?;
         let bytes =
             Chunked { hierarchy: self.hierarchy, path: &path, array }.read(&window, count * size).ok()?;
-        let mut values = Vec::with_capacity(count);
-        reals(&bytes, array.element, |value| values.push(value));
-        Some(values)
+        Some(reals::decoded(&bytes, array.element.dtype, array.element.endian))
     }
 }
 
@@ -115,9 +113,10 @@ impl Bare<'_> {
 pub fn attributes(array: &Array) -> Attributes {
     let mut found = attributes_of(&array.attributes);
     if array.fill_is_missing {
+        let Element { dtype, endian } = array.element;
         let mark = &mut found.0;
         mark.entry("_FillValue".into())
-            .or_insert_with(|| Attribute::Numbers(number(&array.fill, array.element)));
+            .or_insert_with(|| Attribute::Numbers(reals::decoded(&array.fill, dtype, endian)));
     }
     found
 }
@@ -129,12 +128,6 @@ fn attribute(value: &Value) -> Option<Attribute> {
         Value::String(text) => Some(Attribute::Text(text.clone())),
         _ => None,
     }
-}
-
-fn number(bytes: &[u8], element: Element) -> Vec<f64> {
-    let mut values = Vec::new();
-    reals(bytes, element, |value| values.push(value));
-    values
 }
 
 /// The numbers and text among the attributes of an array.

@@ -1,6 +1,6 @@
 //! Types of values and the value of chunks that are not stored.
 
-use fovol_core::{Dtype, Endian, Voxel, f16, with_voxel_type};
+use fovol_core::{Dtype, Endian, f16};
 use serde_json::Value;
 
 /// The type of the values.
@@ -71,15 +71,6 @@ pub fn of_v3(name: &Value) -> Result<Dtype, String> {
 /// The type that numcodecs calls `name`: in the words of NumPy, `<u2` or `uint16`.
 pub fn of_numpy(name: &Value) -> Result<Element, String> {
     of_v2(name).or_else(|problem| of_v3(name).map(Element::little).map_err(|_| problem))
-}
-
-/// Visits all values of `bytes`.
-pub fn reals(bytes: &[u8], element: Element, mut visit: impl FnMut(f64)) {
-    with_voxel_type!(element.dtype, T => {
-        for value in bytes.chunks_exact(element.size()) {
-            visit(T::decode(value, element.endian).to_f64());
-        }
-    });
 }
 
 /// The bytes of the fill value `value`; zero where there is none.

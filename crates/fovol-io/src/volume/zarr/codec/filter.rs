@@ -1,7 +1,8 @@
 //! Changes of values before they are packed, by the names of numcodecs.
 //! <https://numcodecs.readthedocs.io/en/stable/>.
 
-use crate::volume::zarr::element::{Element, reals};
+use crate::volume::reals;
+use crate::volume::zarr::element::Element;
 use fovol_core::{Dtype, Endian};
 use serde_json::Value;
 
@@ -81,7 +82,7 @@ impl Filter {
             Self::Scaled { stored, values, scale, offset } => {
                 // numcodecs computes in single precision if the stored values have it.
                 let is_single = matches!(stored.dtype, Dtype::F16 | Dtype::F32);
-                reals(bytes, stored, |value| {
+                reals::for_each(bytes, stored.dtype, stored.endian, |value| {
                     let value = match is_single {
                         true => f64::from(value as f32 / scale as f32 + offset as f32),
                         false => value / scale + offset,
@@ -120,7 +121,7 @@ fn write(bytes: &[u8], element: Element, out: &mut Vec<u8>) {
 
 fn summed_reals(bytes: &[u8], stored: Element, values: Element, out: &mut Vec<u8>) {
     let mut sum = 0.0;
-    reals(bytes, stored, |difference| {
+    reals::for_each(bytes, stored.dtype, stored.endian, |difference| {
         sum += difference;
         // The sum is rounded at each step.
         sum = match values.dtype {
