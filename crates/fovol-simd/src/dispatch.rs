@@ -74,14 +74,14 @@ impl Simd {
             }
 
             match self {
-                // SAFETY: values of `Simd` exist only for instruction sets that the processor has.
                 Self::Avx512 | Self::Amx => {
                     Avx512::choose_gathers();
+                    // SAFETY: values of `Simd` exist only for instruction sets that the processor has.
                     return Ok(unsafe { avx512(work) });
                 }
-                // SAFETY: see above.
                 Self::Avx2 => {
                     Avx2::choose_gathers();
+                    // SAFETY: see above.
                     return Ok(unsafe { avx2(work) });
                 }
                 Self::Scalar | Self::Portable => {}
