@@ -1,8 +1,10 @@
 use clap::Args;
-use fovolnet::simd::Simd;
+use fovolnet::simd::{GatherMethod, Simd};
 
 /// Variable of the environment that chooses as `--simd` does.
 const VARIABLE: &str = "FOVOLNET_SIMD";
+/// Variable of the environment that chooses how vectors gather: auto, loads or hardware.
+const GATHERS: &str = "FOVOLNET_GATHERS";
 
 /// Instruction set of the whole program.
 #[derive(Args)]
@@ -23,10 +25,10 @@ fn parsed(text: &str) -> Result<Choice, String> {
 }
 
 impl InstructionSet {
-    /// Makes the chosen set that of this process.
+    /// Makes the chosen set, and the way to gather, those of this process.
     ///
     /// # Errors
-    /// A variable of the environment that names no set.
+    /// A variable of the environment that names none.
     pub fn choose(&self) -> Result<(), String> {
         let choice = match (self.simd, std::env::var(VARIABLE)) {
             (Some(choice), _) => choice,
@@ -36,6 +38,12 @@ impl InstructionSet {
             (None, _) => Choice(None),
         };
         choice.0.into_iter().for_each(Simd::choose);
+        match std::env::var(GATHERS) {
+            Ok(text) if !text.is_empty() && text != "auto" => {
+                GatherMethod::named(&text).map_err(|problem| format!("{GATHERS}: {problem}"))?.choose();
+            }
+            _ => {}
+        }
         Ok(())
     }
 }

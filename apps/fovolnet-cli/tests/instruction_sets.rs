@@ -44,6 +44,27 @@ fn marcher_and_networks_take_the_set_of_the_flag_or_of_the_variable() {
 }
 
 #[test]
+fn pictures_do_not_depend_on_how_vectors_gather() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = |gathers: &str, set: Simd| {
+        let file = folder.path().join(format!("{gathers}.png"));
+        let (file, set) = (file.to_str().unwrap(), set.name());
+        let frame = ["bench", "march", "head", "--dims", "24,24,24", "--size", "48x48", "--repeats", "1"];
+        let output = Command::new(env!("CARGO_BIN_EXE_fovolnet"))
+            .args(frame)
+            .args(["--simd", set, "--picture", file])
+            .env("FOVOLNET_GATHERS", gathers)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        std::fs::read(file).unwrap()
+    };
+    for set in Simd::available() {
+        assert_eq!(picture("loads", set), picture("hardware", set), "{set}");
+    }
+}
+
+#[test]
 fn a_variable_that_names_no_set_is_said() {
     let output = fovolnet(Some("mmx"), &["info", "head"]);
     let error = String::from_utf8(output.stderr).unwrap();

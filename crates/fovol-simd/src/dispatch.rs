@@ -74,10 +74,16 @@ impl Simd {
             }
 
             match self {
-                // SAFETY: values of `Simd` exist only for instruction sets that the processor has.
-                Self::Avx512 | Self::Amx => return Ok(unsafe { avx512(work) }),
-                // SAFETY: see above.
-                Self::Avx2 => return Ok(unsafe { avx2(work) }),
+                Self::Avx512 | Self::Amx => {
+                    Avx512::choose_gathers();
+                    // SAFETY: values of `Simd` exist only for instruction sets that the processor has.
+                    return Ok(unsafe { avx512(work) });
+                }
+                Self::Avx2 => {
+                    Avx2::choose_gathers();
+                    // SAFETY: see above.
+                    return Ok(unsafe { avx2(work) });
+                }
                 Self::Scalar | Self::Portable => {}
             }
         }

@@ -33,6 +33,7 @@
 mod aligned_buf;
 mod bf16;
 mod dispatch;
+mod gather_method;
 mod portable;
 mod prefetch;
 mod simd;
@@ -44,6 +45,7 @@ mod x86;
 pub use aligned_buf::{AlignedBuf, WORDS_OF_LINE};
 pub use bf16::Bf16;
 pub use dispatch::{SimdF32Op, SimdOp};
+pub use gather_method::GatherMethod;
 pub use portable::{Portable, PortableI32, PortableMask};
 pub use prefetch::prefetch;
 pub use simd::Simd;

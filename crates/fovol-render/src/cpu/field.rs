@@ -44,11 +44,11 @@ pub trait Texel: Copy + 'static {
 
 /// A type that is stored once a voxel and read two neighbours along x at a time.
 trait PairTexel: Copy {
-    /// The values at `index` and `index` + 1.
+    /// The values at `index` and `index` + 1 of each of four slices.
     ///
     /// # Safety
-    /// The 32-bit words that begin at `index` must lie in `values`; for f32, those at `index` + 1 too.
-    unsafe fn pair<V: SimdF32>(values: &[Self], index: V::I32) -> [V; 2];
+    /// The 32-bit words that begin at `index` must lie in all of them; for f32, those at `index` + 1 too.
+    unsafe fn pairs<V: SimdF32>(values: [&[Self]; 4], index: V::I32) -> [[V; 2]; 4];
 }
 
 /// Interpolates along x, y and z in turn.
@@ -63,13 +63,10 @@ unsafe fn from_pairs<T: PairTexel, V: SimdF32>(
     f: [V; 3],
 ) -> V {
     // SAFETY: the caller's.
-    let [[a0, a1], [b0, b1], [c0, c1], [d0, d1]]: [[V; 2]; 4] = unsafe {
-        [
-            T::pair(values, index),
-            T::pair(values.get_unchecked(uy..), index),
-            T::pair(values.get_unchecked(uz..), index),
-            T::pair(values.get_unchecked(uy + uz..), index),
-        ]
+    let [[a0, a1], [b0, b1], [c0, c1], [d0, d1]] = unsafe {
+        let rows =
+            [values, values.get_unchecked(uy..), values.get_unchecked(uz..), values.get_unchecked(uy + uz..)];
+        T::pairs::<V>(rows, index)
     };
     let (v00, v10) = (f[0].mul_add(a1 - a0, a0), f[0].mul_add(b1 - b0, b0));
     let (v01, v11) = (f[0].mul_add(c1 - c0, c0), f[0].mul_add(d1 - d0, d0));
@@ -102,28 +99,38 @@ stored_once_a_voxel!(u8: false, u16: false, f32: true);
 
 impl PairTexel for u8 {
     #[inline(always)]
-    unsafe fn pair<V: SimdF32>(values: &[u8], index: V::I32) -> [V; 2] {
+    unsafe fn pairs<V: SimdF32>(values: [&[u8]; 4], index: V::I32) -> [[V; 2]; 4] {
+        #[inline(always)]
+        fn both<V: SimdF32>(words: V::I32) -> [V; 2] {
+            let byte = words.splat(0xFF);
+            [V::from_i32(words & byte), V::from_i32(words.shr::<8>() & byte)]
+        }
         // SAFETY: the caller's.
-        let words = unsafe { V::gather_bytes::<1>(values, index) };
-        let byte = words.splat(0xFF);
-        [V::from_i32(words & byte), V::from_i32(words.shr::<8>() & byte)]
+        let [a, b, c, d] = unsafe { V::gather_bytes_of_4::<1>(values, index) };
+        [both(a), both(b), both(c), both(d)]
     }
 }
 
 impl PairTexel for u16 {
     #[inline(always)]
-    unsafe fn pair<V: SimdF32>(values: &[u16], index: V::I32) -> [V; 2] {
+    unsafe fn pairs<V: SimdF32>(values: [&[u16]; 4], index: V::I32) -> [[V; 2]; 4] {
+        #[inline(always)]
+        fn both<V: SimdF32>(words: V::I32) -> [V; 2] {
+            [V::from_i32(words & words.splat(0xFFFF)), V::from_i32(words.shr::<16>())]
+        }
+        let [a, b, c, d] = values;
+        let values = [cast_slice(a), cast_slice(b), cast_slice(c), cast_slice(d)];
         // SAFETY: the caller's.
-        let words = unsafe { V::gather_bytes::<2>(cast_slice(values), index) };
-        [V::from_i32(words & words.splat(0xFFFF)), V::from_i32(words.shr::<16>())]
+        let [a, b, c, d] = unsafe { V::gather_bytes_of_4::<2>(values, index) };
+        [both(a), both(b), both(c), both(d)]
     }
 }
 
 impl PairTexel for f32 {
     #[inline(always)]
-    unsafe fn pair<V: SimdF32>(values: &[f32], index: V::I32) -> [V; 2] {
+    unsafe fn pairs<V: SimdF32>(values: [&[f32]; 4], index: V::I32) -> [[V; 2]; 4] {
         // SAFETY: the caller's.
-        unsafe { V::gather_pairs(values, index) }
+        unsafe { V::gather_pairs_of_4(values, index) }
     }
 }
 
@@ -330,27 +337,54 @@ impl<'a, T: Texel> Field<'a, T> {
     /// Trilinear values at the centres of voxels are those of the nearest voxels, unless some are NaN: that needs plain code.
     #[inline(always)]
     pub fn sample<V: SimdF32>(&self, p: [V; 3]) -> V {
+        self.value(self.place(p))
+    }
+
+    /// The values at `p` and `q`; see [`Self::sample`].
+    ///
+    /// Both addresses come before all loads, so that the loads overlap.
+    #[inline(always)]
+    pub fn sample_pair<V: SimdF32>(&self, p: [V; 3], q: [V; 3]) -> [V; 2] {
+        let (p, q) = (self.place(p), self.place(q));
+        [self.value(p), self.value(q)]
+    }
+
+    /// The value in the cell whose low corner is at `index`, `f` of the way along each axis.
+    #[inline(always)]
+    fn value<V: SimdF32>(&self, (index, f): (V::I32, [V; 3])) -> V {
+        let [_, uy, uz] = self.unit.map(|u| u as usize);
+        let scale = f[0].splat(self.scale);
+        // SAFETY: positions are clamped to the grid, whose cells all have their eight corners stored, and the layout ends
+        // in padding, so every word lies inside the values.
+        let value = unsafe { T::trilinear(self.values, index, [uy, uz], f) } * scale;
+        // In this order, `min` turns NaN into `missing`.
+        if self.has_gaps() { value.min(scale.splat(self.missing)) } else { value }
+    }
+
+    /// The index of the low corner of the cell around `p`, and how far along each axis `p` lies in it.
+    #[inline(always)]
+    fn place<V: SimdF32>(&self, p: [V; 3]) -> (V::I32, [V; 3]) {
         let zero = p[0].splat(0.0);
+        let mut clamped = p;
+        for a in 0..3 {
+            // max first: it sends NaN to 0.
+            clamped[a] = p[a].max(zero).min(zero.splat(self.last[a]));
+        }
+        if self.is_nearest {
+            for c in &mut clamped {
+                *c = V::from_i32((*c + zero.splat(0.5)).to_i32());
+            }
+        }
         let mut f = [zero; 3];
         let mut index = zero.splat_i32(0);
         for a in 0..3 {
-            // max first: it sends NaN to 0.
-            let mut clamped = p[a].max(zero).min(zero.splat(self.last[a]));
-            if self.is_nearest {
-                clamped = V::from_i32((clamped + zero.splat(0.5)).to_i32());
-            }
-            let cell = clamped.to_i32();
-            f[a] = clamped - V::from_i32(cell);
+            let cell = clamped[a].to_i32();
+            f[a] = clamped[a] - V::from_i32(cell);
             let inside = if a == 0 { cell } else { cell * zero.splat_i32(self.unit[a]) };
             let across = cell.shr::<3>() * zero.splat_i32(self.jump[a]);
             index = index + (inside + across);
         }
-        let [_, uy, uz] = self.unit.map(|u| u as usize);
-        // SAFETY: positions are clamped to the grid, whose cells all have their eight corners stored, and the layout ends
-        // in padding, so every word lies inside the values.
-        let value = unsafe { T::trilinear(self.values, index, [uy, uz], f) } * zero.splat(self.scale);
-        // In this order, `min` turns NaN into `missing`.
-        if self.has_gaps() { value.min(zero.splat(self.missing)) } else { value }
+        (index, f)
     }
 }
 

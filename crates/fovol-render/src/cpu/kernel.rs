@@ -4,8 +4,8 @@ use super::few_shadow_rays::{Block, Chooser, FewShadowRays};
 use super::field::Field;
 use super::light_columns::LightColumns;
 use super::march::{OPAQUE, SampleCount};
-use super::medium::{Medium, WayToLight};
-use super::packet::Packet;
+use super::medium::{Look, Medium, WayToLight, colours};
+use super::packet::{Packet, PerRay};
 use super::shadow_pool::ShadowPool;
 use super::shadow_rays::Parts;
 use super::skip::Skip;
@@ -71,10 +71,34 @@ impl Gathered {
     };
 }
 
+/// The next N samples of each ray of a packet.
+#[repr(align(64))]
+struct Looks {
+    /// Opacities; 0 where nothing is visible.
+    alpha: [[f32; MOST_LANES]; MOST_LANES],
+    /// Packed colours, as the bits of f32.
+    packed: [[f32; MOST_LANES]; MOST_LANES],
+}
+
+impl Default for Looks {
+    fn default() -> Self {
+        Self { alpha: [[0.0; MOST_LANES]; MOST_LANES], packed: [[0.0; MOST_LANES]; MOST_LANES] }
+    }
+}
+
+impl Looks {
+    #[inline(always)]
+    fn put<V: SimdF32>(&mut self, lane: usize, look: Look<V>) {
+        look.alpha.store(&mut self.alpha[lane]);
+        V::from_bits(look.packed).store(&mut self.packed[lane]);
+    }
+}
+
 /// Memory that marching reuses.
 #[derive(Default)]
 pub struct Scratch {
     packet: Packet,
+    looks: Looks,
     pool: ShadowPool,
     parts: Parts,
     gathered: Vec<Gathered>,
@@ -123,7 +147,7 @@ impl<M: Medium> Kernel<'_, M> {
     /// pool.
     #[inline(always)]
     fn primary<V: SimdF32>(&self, zero: V, scratch: &mut Scratch) -> u64 {
-        let Scratch { packet, pool, gathered, waiting, .. } = scratch;
+        let Scratch { packet, looks, pool, gathered, waiting, .. } = scratch;
         let first = gathered.len();
         gathered.resize(first + packet.len, Gathered::NOTHING);
         if packet.is_empty() {
@@ -139,22 +163,28 @@ impl<M: Medium> Kernel<'_, M> {
         }
         let mut count = 0;
         loop {
-            let mut going = match &self.skip {
+            let going = match &self.skip {
                 Some(skip) => skip.advance(zero, packet, 0.0),
                 None => packet.going(zero),
             };
             if going == 0 {
                 return count;
             }
-            while going != 0 {
-                let lane = going.trailing_zeros() as usize;
-                going &= going - 1;
+            let (visible, invisible) = self.look(zero, packet, going, looks);
+            count += invisible;
+            let (arriving, mut shown) = (packet.transmittance, visible);
+            while shown != 0 {
+                let lane = shown.trailing_zeros() as usize;
+                shown &= shown - 1;
                 let from = pool.len();
-                count += self.block(zero, (packet, lane), &mut gathered[first + lane], pool);
+                count += self.block(zero, (packet, lane), looks, &mut gathered[first + lane], pool);
                 if pool.len() > from {
                     waiting.push(Block { ray: first + lane, from, to: pool.len() });
                 }
             }
+            self.note_halves(zero, (packet, &arriving, visible), looks, &mut gathered[first..]);
+            let next = zero.load(&packet.next.0);
+            V::select(zero.mask_of(going), next + zero.splat(V::N as f32), next).store(&mut packet.next.0);
         }
     }
 
@@ -227,55 +257,97 @@ impl<M: Medium> Kernel<'_, M> {
         RayResult { colour, unshadowed, opacity, depth }
     }
 
+    /// Looks up the next N samples of the rays of `packet` that are `going`, two rays side by side: the samples of one
+    /// are a long chain of dependent instructions, so a processor has too little to do with one alone.
+    ///
+    /// Returns the rays with anything visible, and how many samples the others had.
+    #[inline(always)]
+    fn look<V: SimdF32>(&self, zero: V, packet: &Packet, going: u32, looks: &mut Looks) -> (u32, u64) {
+        let (mut left, mut visible, mut invisible) = (going, 0, 0);
+        while left != 0 {
+            let a = left.trailing_zeros() as usize;
+            left &= left - 1;
+            // The last of an odd number is its own neighbour.
+            let b = if left == 0 { a } else { left.trailing_zeros() as usize };
+            left &= left.wrapping_sub(1);
+            let (p, q) = (packet.next_places(zero, a), packet.next_places(zero, b));
+            let inside = [packet.inside(zero, a), packet.inside(zero, b)];
+            let Some([look_a, look_b]) = self.medium.look_at([p, q], inside) else { continue };
+            visible |= u32::from(look_a.shown != 0) << a | u32::from(look_b.shown != 0) << b;
+            looks.put(a, look_a);
+            looks.put(b, look_b);
+        }
+        let mut unseen = going & !visible;
+        while unseen != 0 {
+            let lane = unseen.trailing_zeros() as usize;
+            unseen &= unseen - 1;
+            invisible += (packet.samples.0[lane] - packet.next.0[lane]).min(V::N as f32) as u64;
+        }
+        (visible, invisible)
+    }
+
+    /// Finds where the rays of `packet` lose half of their light, if that is among the samples in `looks`.
+    ///
+    /// After all blocks: a branch in each of them would often be mispredicted.
+    #[inline(always)]
+    fn note_halves<V: SimdF32>(
+        &self,
+        zero: V,
+        (packet, arriving, visible): (&Packet, &PerRay, u32),
+        looks: &Looks,
+        rays: &mut [Gathered],
+    ) {
+        let half = zero.splat(0.5);
+        let (before, after) = (zero.load(&arriving.0), zero.load(&packet.transmittance.0));
+        let mut crossing = V::bits_of(before.simd_gt(half) & half.simd_ge(after)) & visible;
+        while crossing != 0 {
+            let lane = crossing.trailing_zeros() as usize;
+            crossing &= crossing - 1;
+            let clear = zero.splat(1.0) - zero.load(&looks.alpha[lane]);
+            let before = clear.products_before().0 * zero.splat(arriving.0[lane]);
+            let above = V::bits_of((before * clear).simd_gt(half)).trailing_ones();
+            rays[lane].half_at = packet.next.0[lane] + above as f32;
+        }
+    }
+
     /// Composites the next N samples of ray `lane`; returns how many of them counted.
     #[inline(always)]
     fn block<V: SimdF32>(
         &self,
         zero: V,
         (packet, lane): (&mut Packet, usize),
+        looks: &Looks,
         ray: &mut Gathered,
         pool: &mut ShadowPool,
     ) -> u64 {
         let one = zero.splat(1.0);
-        let number = zero.splat(packet.next.0[lane]) + zero.iota();
-        packet.next.0[lane] += V::N as f32;
-        let p = [
-            number.mul_add(zero.splat(packet.delta[0].0[lane]), zero.splat(packet.start[0].0[lane])),
-            number.mul_add(zero.splat(packet.delta[1].0[lane]), zero.splat(packet.start[1].0[lane])),
-            number.mul_add(zero.splat(packet.delta[2].0[lane]), zero.splat(packet.start[2].0[lane])),
-        ];
-        let inside = number.simd_lt(zero.splat(packet.samples.0[lane]));
-        let Some((alpha, rgb)) = self.medium.appearance(p, inside) else {
-            return u64::from(V::bits_of(inside).count_ones());
-        };
+        let number = packet.numbers(zero, lane);
+        let inside = packet.inside(zero, lane);
+        let (alpha, packed) = (zero.load(&looks.alpha[lane]), zero.load(&looks.packed[lane]).to_bits());
         let (before, through) = (one - alpha).products_before();
         let before = before * zero.splat(packet.transmittance.0[lane]);
-        let arriving = packet.transmittance.0[lane];
-        packet.transmittance.0[lane] = arriving * through;
-        if arriving > 0.5 && arriving * through <= 0.5 {
-            let clear = (before * (one - alpha)).simd_gt(zero.splat(0.5));
-            ray.half_at = packet.next.0[lane] - V::N as f32 + V::bits_of(clear).trailing_ones() as f32;
-        }
+        packet.transmittance.0[lane] *= through;
         let going = inside & before.simd_gt(zero.splat(1.0 - OPAQUE));
         let weight = V::select(going, alpha * before, zero);
         let [r, g, b, opacity, numbers] = &mut ray.sums;
         (zero.load(opacity) + weight).store(opacity);
         weight.mul_add(number, zero.load(numbers)).store(numbers);
         let mut colour = [zero.load(r), zero.load(g), zero.load(b)];
-        self.light_samples(p, weight, rgb, &mut colour, pool);
+        let rgb = colours(packed);
+        self.light_samples((packet, lane), weight, rgb, &mut colour, pool);
         colour[0].store(r);
         colour[1].store(g);
         colour[2].store(b);
         u64::from(V::bits_of(going).count_ones())
     }
 
-    /// Adds the light that samples of `weight` and colour `rgb` at `p` send to the eye to `colour`.
+    /// Adds the light that the next samples of ray `lane`, of `weight` and colour `rgb`, send to the eye to `colour`.
     ///
     /// With shadow rays it adds full light; the samples then wait in `pool` for the part that shadows take away.
     #[inline(always)]
     fn light_samples<V: SimdF32>(
         &self,
-        p: [V; 3],
+        (packet, lane): (&Packet, usize),
         weight: V,
         rgb: [V; 3],
         colour: &mut [V; 3],
@@ -283,7 +355,7 @@ impl<M: Medium> Kernel<'_, M> {
     ) {
         let zero = weight.splat(0.0);
         let facing = match self.facing {
-            Some(light) => self.medium.facing(p, light),
+            Some(light) => self.medium.facing(packet.next_places(zero, lane), light),
             None => zero.splat(1.0),
         };
         let ambient = zero.splat(self.ambient);
@@ -297,11 +369,12 @@ impl<M: Medium> Kernel<'_, M> {
                 if matches!(self.lighting, Lighting::Rays(..)) {
                     let waiting = weight * direct;
                     let light = [waiting * rgb[0], waiting * rgb[1], waiting * rgb[2]];
-                    pool.push(weight.simd_gt(zero), p, light);
+                    pool.push(weight.simd_gt(zero), packet.next_places(zero, lane), light);
                 }
             }
             Lighting::Cached(grid) => {
-                let lit = weight * direct.mul_add(self.cached_light(p, grid), ambient);
+                let light = self.cached_light(packet.next_places(zero, lane), grid);
+                let lit = weight * direct.mul_add(light, ambient);
                 for c in 0..3 {
                     colour[c] = lit.mul_add(rgb[c], colour[c]);
                 }

@@ -1,7 +1,7 @@
 //! Several volumes at the same points, and volumes whose voxels have colours, as lanes see them.
 
 use super::field::{AnyType, AnyValues, Field, InlinedAnyType, with_field};
-use super::medium::{Medium, OneVolume, WayToLight};
+use super::medium::{Look, Medium, OneVolume, WayToLight, colours, packed};
 use super::shadow_pool::ShadowPool;
 use super::shadow_rays::{Parts, ShadowRays};
 use crate::scene::{BlendTable, Bricks};
@@ -47,35 +47,47 @@ impl<'a> Layer<'a> {
     }
 }
 
-impl Medium for Layered<'_> {
+impl Layered<'_> {
+    /// The appearance of samples at `p`, of which those that are `inside` count.
     #[inline(always)]
-    fn appearance<V: SimdF32>(&self, p: [V; 3], inside: V::Mask) -> Option<(V, [V; 3])> {
+    fn blended<V: SimdF32>(&self, p: [V; 3], inside: V::Mask) -> Look<V> {
         let (zero, one) = (p[0].splat(0.0), p[0].splat(1.0));
         let (mut clear, mut whole, mut sums) = (one, zero, [zero; 3]);
-        let mut is_empty = true;
+        let mut any = 0;
         for layer in &self.0 {
-            let (entry, shown) = layer.own.entry(p, inside);
+            let entry = layer.own.entry(p);
+            let shown = layer.own.shown(entry, inside);
             if V::bits_of(shown) == 0 {
                 continue;
             }
-            is_empty = false;
+            any |= V::bits_of(shown);
             let weight = layer.extinction(entry, shown);
-            let Some((alpha, of_table)) = layer.own.appearance(p, inside) else { continue };
+            let own = layer.own.look(entry, shown);
             let rgb = match &layer.colours {
-                Some(colours) => [colours[0].sample(p), colours[1].sample(p), colours[2].sample(p)],
-                None => of_table,
+                Some([red, green, blue]) => [red.sample(p), green.sample(p), blue.sample(p)],
+                None => colours(own.packed),
             };
-            clear = clear * (one - alpha);
+            clear = clear * (one - own.alpha);
             whole = whole + weight;
             for c in 0..3 {
                 sums[c] = weight.mul_add(rgb[c], sums[c]);
             }
         }
-        if is_empty {
-            return None;
-        }
         let share = V::select(whole.simd_gt(zero), one / whole, zero);
-        Some((one - clear, [sums[0] * share, sums[1] * share, sums[2] * share]))
+        let rgb = [sums[0] * share, sums[1] * share, sums[2] * share];
+        Look {
+            shown: any,
+            alpha: one - clear,
+            packed: packed([rgb[0].min(one), rgb[1].min(one), rgb[2].min(one)]),
+        }
+    }
+}
+
+impl Medium for Layered<'_> {
+    #[inline(always)]
+    fn look_at<V: SimdF32>(&self, [p, q]: [[V; 3]; 2], inside: [V::Mask; 2]) -> Option<[Look<V>; 2]> {
+        let looks = [self.blended(p, inside[0]), self.blended(q, inside[1])];
+        (looks[0].shown | looks[1].shown != 0).then_some(looks)
     }
 
     /// The mean of the volumes' own factors, weighted by their extinction.
@@ -85,7 +97,8 @@ impl Medium for Layered<'_> {
         let all = zero.mask_of(u32::MAX >> (32 - V::N));
         let (mut whole, mut sum) = (zero, zero);
         for layer in &self.0 {
-            let (entry, shown) = layer.own.entry(p, all);
+            let entry = layer.own.entry(p);
+            let shown = layer.own.shown(entry, all);
             let weight = layer.extinction(entry, shown);
             whole = whole + weight;
             sum = weight.mul_add(layer.own.facing(p, light), sum);

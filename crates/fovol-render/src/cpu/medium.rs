@@ -10,9 +10,9 @@ use fovol_simd::{Simd, SimdF32, SimdF32Op, SimdI32};
 
 /// Medium of rays: one volume, or several at the same points.
 pub trait Medium {
-    /// α of one step and the colour of samples at `p`, of which those that are `inside` count. `None` where all of them show
+    /// The appearance of samples at two `places`, of which those that are `inside` count. `None` where all of them show
     /// nothing.
-    fn appearance<V: SimdF32>(&self, p: [V; 3], inside: V::Mask) -> Option<(V, [V; 3])>;
+    fn look_at<V: SimdF32>(&self, places: [[V; 3]; 2], inside: [V::Mask; 2]) -> Option<[Look<V>; 2]>;
 
     /// |n·l| at `p` for light from `light`; 1 where the gradient is zero or not known.
     fn facing<V: SimdF32>(&self, p: [V; 3], light: [f32; 3]) -> V;
@@ -25,6 +25,16 @@ pub trait Medium {
 
     /// Runs `work` with vectors of `simd`.
     fn in_vectors<W: SimdF32Op>(simd: Simd, work: W) -> W::Output;
+}
+
+/// The appearance of samples.
+pub struct Look<V: SimdF32> {
+    /// The samples that may be visible, one bit each.
+    pub shown: u32,
+    /// α of one step; 0 where nothing is visible.
+    pub alpha: V,
+    /// Colours as a [`TransferTable`] packs them.
+    pub packed: V::I32,
 }
 
 /// The way of shadow rays.
@@ -55,29 +65,41 @@ impl<'a, T: Texel> OneVolume<'a, T> {
         Self { field, voxel_size, table, visible: table.visible() }
     }
 
-    /// The entry of the table for samples at `p`, and which of those that are `inside` it may show.
+    /// The entries of the table for samples at `p`.
     #[inline(always)]
-    pub fn entry<V: SimdF32>(&self, p: [V; 3], inside: V::Mask) -> (V, V::Mask) {
-        let zero = p[0].splat(0.0);
-        let value = self.field.sample(p) + zero.splat(0.5);
+    pub fn entry<V: SimdF32>(&self, p: [V; 3]) -> V {
+        self.field.sample(p) + p[0].splat(0.5)
+    }
+
+    /// Which samples of `entry`, of those that are `inside`, the table may show.
+    #[inline(always)]
+    pub fn shown<V: SimdF32>(&self, entry: V, inside: V::Mask) -> V::Mask {
         let [first, end] = self.visible;
-        let shown = value.simd_gt(zero.splat(first)) & value.simd_lt(zero.splat(end));
-        (value, inside & shown)
+        inside & (entry.simd_gt(entry.splat(first)) & entry.simd_lt(entry.splat(end)))
+    }
+
+    /// The appearance of samples of `entry`, of which those that are `shown` may be visible.
+    #[inline(always)]
+    pub fn look<V: SimdF32>(&self, entry: V, shown: V::Mask) -> Look<V> {
+        let index = entry.to_i32();
+        // SAFETY: visible values are indices of the table, others are below its scale or the entry of NaN.
+        let [alpha, packed] =
+            unsafe { V::load_word_pairs(cast_slice(&self.table.appearance), index + index) };
+        let alpha = V::select(shown, V::from_bits(alpha), entry.splat(0.0));
+        Look { shown: V::bits_of(shown), alpha, packed }
     }
 }
 
 impl<T: Texel> Medium for OneVolume<'_, T> {
     #[inline(always)]
-    fn appearance<V: SimdF32>(&self, p: [V; 3], inside: V::Mask) -> Option<(V, [V; 3])> {
-        let (value, shown) = self.entry(p, inside);
-        if V::bits_of(shown) == 0 {
+    fn look_at<V: SimdF32>(&self, [p, q]: [[V; 3]; 2], inside: [V::Mask; 2]) -> Option<[Look<V>; 2]> {
+        let [entry_p, entry_q] = self.field.sample_pair(p, q);
+        let (entry_p, entry_q) = (entry_p + p[0].splat(0.5), entry_q + q[0].splat(0.5));
+        let (shown_p, shown_q) = (self.shown(entry_p, inside[0]), self.shown(entry_q, inside[1]));
+        if V::bits_of(shown_p) | V::bits_of(shown_q) == 0 {
             return None;
         }
-        let index = value.to_i32();
-        // SAFETY: visible values are indices of the table, others are below its scale or the entry of NaN.
-        let [alpha, packed] =
-            unsafe { V::load_word_pairs(cast_slice(&self.table.appearance), index + index) };
-        Some((V::select(shown, V::from_bits(alpha), value.splat(0.0)), colours(packed)))
+        Some([self.look(entry_p, shown_p), self.look(entry_q, shown_q)])
     }
 
     #[inline(always)]
@@ -109,7 +131,7 @@ impl<T: Texel> Medium for OneVolume<'_, T> {
 
     #[inline(always)]
     fn shadow_alpha<V: SimdF32>(&self, p: [V; 3]) -> V {
-        let index = (self.field.sample(p) + p[0].splat(0.5)).to_i32();
+        let index = self.entry(p).to_i32();
         // SAFETY: the field is scaled to indices of the table.
         unsafe { V::gather(&self.table.shadow_alpha, index) }
     }
@@ -138,4 +160,12 @@ pub(super) fn colours<V: SimdF32>(packed: V::I32) -> [V; 3] {
     let blue = V::from_i32(packed.shr::<22>());
     let scale = red.splat(1.0 / MAX_RED_GREEN);
     [red * scale, green * scale, blue * red.splat(1.0 / MAX_BLUE)]
+}
+
+/// Packs `colours`, 0…1, as [`colours`] unpacks them.
+#[inline(always)]
+pub(super) fn packed<V: SimdF32>([red, green, blue]: [V; 3]) -> V::I32 {
+    let whole = |channel: V, most: f32| channel.mul_add(channel.splat(most), channel.splat(0.5)).to_i32();
+    let (red, green, blue) = (whole(red, MAX_RED_GREEN), whole(green, MAX_RED_GREEN), whole(blue, MAX_BLUE));
+    red + (green * red.splat(1 << 11) + blue * red.splat(1 << 22))
 }

@@ -119,6 +119,30 @@ impl Packet {
         V::bits_of(passing & left)
     }
 
+    /// The numbers of the next N samples of the ray in `lane`.
+    #[inline(always)]
+    pub fn numbers<V: SimdF32>(&self, zero: V, lane: usize) -> V {
+        zero.splat(self.next.0[lane]) + zero.iota()
+    }
+
+    /// Which of the next N samples of the ray in `lane` there are.
+    #[inline(always)]
+    pub fn inside<V: SimdF32>(&self, zero: V, lane: usize) -> V::Mask {
+        self.numbers(zero, lane).simd_lt(zero.splat(self.samples.0[lane]))
+    }
+
+    /// Where the next N samples of the ray in `lane` lie.
+    #[inline(always)]
+    pub fn next_places<V: SimdF32>(&self, zero: V, lane: usize) -> [V; 3] {
+        let number = self.numbers(zero, lane);
+        let (delta, start) = (Self::splat(zero, &self.delta, lane), Self::splat(zero, &self.start, lane));
+        [
+            number.mul_add(delta[0], start[0]),
+            number.mul_add(delta[1], start[1]),
+            number.mul_add(delta[2], start[2]),
+        ]
+    }
+
     /// The samples of the ray in `lane`.
     pub fn segment(&self, lane: usize) -> Segment {
         let of = |of: &[PerRay; 3]| [of[0].0[lane], of[1].0[lane], of[2].0[lane]];

@@ -18,7 +18,41 @@ pub trait Gather: Integers {
     /// # Safety
     /// `index` and `index` + 1 must be indices of `from`. Checked in debug builds.
     unsafe fn gather_pairs(from: &[f32], index: Self::I32) -> [Self; 2];
-    /// Loads words and their successors. AVX-512 does it with plain loads, because gathers are slow on some processors.
+    /// [`Self::gather_bytes`] of four slices.
+    ///
+    /// # Safety
+    /// That of [`Self::gather_bytes`] for each slice.
+    #[inline(always)]
+    unsafe fn gather_bytes_of_4<const SCALE: i32>(from: [&[u8]; 4], offset: Self::I32) -> [Self::I32; 4] {
+        let [a, b, c, d] = from;
+        // SAFETY: the caller's.
+        unsafe {
+            [
+                Self::gather_bytes::<SCALE>(a, offset),
+                Self::gather_bytes::<SCALE>(b, offset),
+                Self::gather_bytes::<SCALE>(c, offset),
+                Self::gather_bytes::<SCALE>(d, offset),
+            ]
+        }
+    }
+    /// [`Self::gather_pairs`] of four slices.
+    ///
+    /// # Safety
+    /// That of [`Self::gather_pairs`] for each slice.
+    #[inline(always)]
+    unsafe fn gather_pairs_of_4(from: [&[f32]; 4], index: Self::I32) -> [[Self; 2]; 4] {
+        let [a, b, c, d] = from;
+        // SAFETY: the caller's.
+        unsafe {
+            [
+                Self::gather_pairs(a, index),
+                Self::gather_pairs(b, index),
+                Self::gather_pairs(c, index),
+                Self::gather_pairs(d, index),
+            ]
+        }
+    }
+    /// Loads words and their successors. AVX-512 does it by the faster [`crate::GatherMethod`].
     ///
     /// # Safety
     /// `index` and `index` + 1 must be indices of `from`. Checked in debug builds.

@@ -1,8 +1,10 @@
 //! Vectors of AVX-512 (F, BW, DQ, VL): sixteen lanes.
 
+use super::gathers::{self, Sample};
 use super::{PICK_HIGH, PICK_LOW, instructions, operators};
 use crate::bf16::{Bf16, HALF_ULP, UPPER_HALF};
 use crate::vector::{Arithmetic, Gather, Integers, Lanes, Pixels, SimdI32, Storage};
+use bytemuck::cast_slice;
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, Div, Mul, Sub};
 
@@ -151,15 +153,65 @@ impl Gather for Avx512 {
     }
     #[inline(always)]
     unsafe fn load_word_pairs(from: &[u32], index: Avx512I32) -> [Avx512I32; 2] {
-        debug_assert!(Self::are_below(index, 1, from.len().saturating_sub(1)));
-        let mut at = [0; 16];
-        index.store(&mut at);
-        // SAFETY: see above. Sixteen plain loads overlap with what comes before and after.
-        unsafe {
-            let (low, high) = (Avx512I32(eight(from, &at[..8])), Avx512I32(eight(from, &at[8..])));
-            let [words, next] = Self::from_bits(low).deinterleave2(Self::from_bits(high));
-            [words.to_bits(), next.to_bits()]
-        }
+        // SAFETY: the caller's.
+        unsafe { if gathers::AVX512.is_hardware() { gathered(from, index) } else { loaded(from, index) } }
+    }
+}
+
+impl Avx512 {
+    /// Chooses how pairs of words are loaded.
+    #[inline]
+    pub(crate) fn choose_gathers() {
+        // SAFETY: the process is about to run vectors of this type, so the processor has their instructions.
+        gathers::AVX512
+            .make(|sample| unsafe { gather::<true>(sample) }, |sample| unsafe { gather::<false>(sample) });
+    }
+}
+
+/// Gathers all pairs of `sample` with the processor's gathers (`HARDWARE`) or plain loads; returns a sum that depends on
+/// their order.
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
+pub(super) fn gather<const HARDWARE: bool>(sample: &Sample) -> u32 {
+    let mut sum = [Avx512::zero().to_bits(); 2];
+    for index in sample.indices.chunks_exact(Avx512::N) {
+        // SAFETY: the chunks have sixteen indices; they and their successors are words of the sample.
+        let [words, next] = unsafe {
+            let index = Avx512I32(_mm512_loadu_si512(index.as_ptr().cast()));
+            if HARDWARE { gathered(&sample.words, index) } else { loaded(&sample.words, index) }
+        };
+        sum = [sum[0] + words, sum[1] + next];
+    }
+    let mut lanes = [0; 2 * Avx512::N];
+    sum[0].store(&mut lanes[..Avx512::N]);
+    sum[1].store(&mut lanes[Avx512::N..]);
+    gathers::in_order(&lanes)
+}
+
+/// Gathers words and their successors.
+///
+/// # Safety
+/// The processor must have AVX-512, and the pairs must lie in `from`.
+#[inline(always)]
+unsafe fn gathered(from: &[u32], index: Avx512I32) -> [Avx512I32; 2] {
+    // SAFETY: the caller's.
+    let [words, next] = unsafe { Avx512::gather_pairs(cast_slice(from), index) };
+    [words.to_bits(), next.to_bits()]
+}
+
+/// Loads words and their successors one by one.
+///
+/// # Safety
+/// That of [`gathered`].
+#[inline(always)]
+unsafe fn loaded(from: &[u32], index: Avx512I32) -> [Avx512I32; 2] {
+    debug_assert!(Avx512::are_below(index, 1, from.len().saturating_sub(1)));
+    let mut at = [0; 16];
+    index.store(&mut at);
+    // SAFETY: the caller's. Sixteen plain loads overlap with what comes before and after.
+    unsafe {
+        let (low, high) = (Avx512I32(eight(from, &at[..8])), Avx512I32(eight(from, &at[8..])));
+        let [words, next] = Avx512::from_bits(low).deinterleave2(Avx512::from_bits(high));
+        [words.to_bits(), next.to_bits()]
     }
 }
 

@@ -6,6 +6,7 @@
 mod avx2;
 mod avx512;
 pub(crate) mod features;
+mod gathers;
 
 pub(crate) use avx2::Avx2;
 pub(crate) use avx512::Avx512;
