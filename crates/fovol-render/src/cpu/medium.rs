@@ -28,6 +28,7 @@ pub trait Medium {
 }
 
 /// The appearance of samples.
+#[derive(Clone, Copy)]
 pub struct Look<V: SimdF32> {
     /// The samples that may be visible, one bit each.
     pub shown: u32,

@@ -15,12 +15,14 @@ pub fn find(folder: &Path, render: &mut RenderOverrides) {
     };
     toml_files(render).into_iter().for_each(search);
     weights_file(render).into_iter().for_each(search);
-    find_transfer(folder, render.tf.as_mut());
+    if let Some(transfer) = &mut render.tf {
+        find_transfer(folder, transfer);
+    }
 }
 
 /// Resolves the file of `choice`, if it names one, for a session in `folder`.
-fn find_transfer(folder: &Path, choice: Option<&mut TransferChoice>) {
-    if let Some(TransferChoice::File(tf)) = choice {
+fn find_transfer(folder: &Path, choice: &mut TransferChoice) {
+    if let TransferChoice::File(tf) = choice {
         let (file, part) = tf.rsplit_once('#').map_or((&**tf, ""), |(file, _)| (file, &tf[file.len()..]));
         let whole = found(folder, tf);
         if let Some(found) = whole.or_else(|| Some(found(folder, file)? + part)) {
@@ -35,7 +37,7 @@ pub fn find_layers(folder: &Path, read: &mut VolumeSettings) {
         if let Some(found) = found(folder, &layer.source) {
             layer.source = found;
         }
-        find_transfer(folder, Some(&mut layer.transfer_function));
+        find_transfer(folder, &mut layer.transfer_function);
     }
 }
 

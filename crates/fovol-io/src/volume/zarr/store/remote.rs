@@ -199,15 +199,9 @@ fn body(response: Response<Body>, url: &str) -> io::Result<Vec<u8>> {
 
 /// `key` as a part of an address.
 fn encoded(key: &str) -> String {
-    key.bytes().fold(String::with_capacity(key.len()), |mut out, byte| {
-        match byte {
-            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' | b'/' => {
-                out.push(byte.into())
-            }
-            other => out.push_str(&format!("%{other:02X}")),
-        }
-        out
-    })
+    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte);
+    let part = |byte: u8| if is_plain(byte) { char::from(byte).to_string() } else { format!("%{byte:02X}") };
+    key.bytes().map(part).collect()
 }
 
 #[cfg(test)]
