@@ -9,11 +9,14 @@ use crate::session::opened::Opened;
 use crate::ui::commands::{self, Command, Entry};
 use crate::ui::dialogues::files::Purpose;
 use crate::ui::dialogues::{Dialogue, FilePrompt, Next};
+use crate::ui::slices::slices_view;
 use crate::ui::transfer::transfer_editor::presets_ui;
 use crate::{ui::panels, ui::picture::picture_view, ui::start_page};
-use eframe::egui::{self, Align, CollapsingHeader, Layout, Rect, Ui};
+use eframe::egui::{self, Align, CollapsingHeader, Color32, Layout, Rect, Ui, UiBuilder};
 use fovolnet::core::FrameSize;
 
+/// Colour between the pictures.
+const SEAM: Color32 = Color32::from_gray(70);
 /// Largest picture on the screen, in pixels along each side.
 const LARGEST: f32 = 8192.0;
 
@@ -94,10 +97,15 @@ impl Viewer {
             panels::mode(ui, opened.document.settings_mut(), opened.volume.volume.range());
             panels::projection(ui, opened.document.settings_mut());
         });
+        if self.preferences.slices {
+            section("Slices").show(ui, |ui| read = panels::slices(ui, &mut self.slices, opened));
+        }
         let has_parts = panels::has_parts(&opened.volume.volume, opened.series());
         CollapsingHeader::new("Data").default_open(has_parts).show(ui, |ui| {
             let session = opened.document.session();
-            read = panels::data(ui, &session.read, (&opened.volume, opened.series()), &mut self.times.plays);
+            let changed =
+                panels::data(ui, &session.read, (&opened.volume, opened.series()), &mut self.times.plays);
+            read = changed.or(read.take());
         });
         CollapsingHeader::new("Clipping").show(ui, |ui| {
             panels::cropping(ui, opened.document.settings_mut(), opened.volume.volume.grid().dims());
@@ -132,8 +140,27 @@ impl Viewer {
     }
 
     pub(super) fn picture(&mut self, ui: &mut Ui) {
-        let time = ui.input(|input| input.time);
         let Some(opened) = &mut self.opened else { return };
+        self.slices.follow(opened);
+        let whole = ui.available_rect_before_wrap();
+        let mut words = None;
+        let mut room = whole;
+        if self.preferences.slices {
+            let (picture, rooms) = slices_view::rooms(whole);
+            ui.painter().rect_filled(whole, 0.0, SEAM);
+            words = self.slices.show(ui, opened, rooms);
+            room = picture;
+        }
+        ui.scope_builder(UiBuilder::new().max_rect(room), |ui| {
+            let of_picture = self.rendered(ui);
+            self.point_at(ui.ctx(), words.or(of_picture));
+        });
+    }
+
+    /// Shows the rendered picture. Returns the words on the point under the pointer.
+    fn rendered(&mut self, ui: &mut Ui) -> Option<String> {
+        let time = ui.input(|input| input.time);
+        let opened = self.opened.as_mut()?;
         if self.timeline.is_playing() {
             self.timeline.advance(time, opened);
             // Playback also advances with every new picture. More repaints would take time with software rendering.
@@ -167,6 +194,7 @@ impl Viewer {
             freedom: opened.document.settings().freedom(),
             camera: opened.camera(),
             gaze,
+            probe: handled.pointer,
             rate: (self.preferences.rate > 0.0).then_some(self.preferences.rate),
             converges: self.preferences.converges && !self.timeline.is_playing(),
             look: self.look,
@@ -174,6 +202,7 @@ impl Viewer {
         if !self.timeline.is_playing() {
             opened.document.remember(time);
         }
+        self.words_on_picture(handled.pointer?)
     }
 
     pub(super) fn start_page(&mut self, ui: &mut Ui) {
@@ -208,6 +237,10 @@ impl Viewer {
                     ui.weak(format!("{x}×{y}×{z} {}", opened.volume.volume.dtype()));
                     if let Progress::Converging(share) = shown.progress {
                         ui.weak(format!("measured {:.0} %", share * 100.0));
+                    }
+                    if let Some(words) = &self.pointed {
+                        ui.separator();
+                        ui.label(words);
                     }
                     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                         let explanation = self.look.explanation();
