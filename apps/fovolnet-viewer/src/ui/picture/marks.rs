@@ -19,6 +19,11 @@ impl Projection {
         Self { camera, rect }
     }
 
+    /// Forward, right and up of the camera.
+    pub fn axes(&self) -> (DVec3, DVec3, DVec3) {
+        self.camera.axes()
+    }
+
     /// Screen position of `point`, or `None` behind the eye.
     pub fn project(&self, point: DVec3) -> Option<Pos2> {
         let (forward, right, up) = self.camera.axes();

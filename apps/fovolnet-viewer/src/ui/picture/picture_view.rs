@@ -2,7 +2,7 @@
 
 use crate::session::opened::Opened;
 use crate::ui::picture::marks::{self, AxisNames, Projection};
-use crate::ui::picture::navigation;
+use crate::ui::picture::{navigation, plane_handles};
 use eframe::egui::{Color32, Key, PointerButton, Rect, Response, Sense, Shape, Ui, Vec2, vec2};
 use fovolnet::RenderSettings;
 use fovolnet::core::Camera;
@@ -108,6 +108,7 @@ pub fn marks(ui: &mut Ui, opened: &mut Opened, camera: &Camera, gaze: Option<[f6
     if opened.document.settings().clip.is_some() {
         marks::bounding_box(&painter, &projection, world.shown_corners(), Color32::from_rgb(255, 190, 90));
     }
+    plane_handles::show(ui, opened, &projection, rect);
     marks::scale_bar(&painter, camera, grid, volume.units(), rect);
     marks::colour_bar(&painter, opened.transfer(), opened.backdrop.histogram().range(), rect);
     if let Some(gaze) = gaze {

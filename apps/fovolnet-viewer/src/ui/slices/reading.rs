@@ -1,4 +1,4 @@
-//! What is known of one voxel, in words.
+//! Value, voxel and position under the pointer, in words.
 
 use super::placed_slice::within;
 use fovolnet::OpenVolume;

@@ -156,27 +156,20 @@ mod tests {
 
     #[test]
     fn scans_are_grey_and_labels_have_their_colours() {
-        let scan: OpenVolume = volume(vec![0, 10, 20, 30, 40, 50, 60, 255]).into();
+        let grid = Grid::new([4, 2, 1], [1.0; 3]).unwrap();
+        let values = vec![0.0f32, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 255.0];
+        let scan: OpenVolume = Volume::from_values(grid, values).unwrap().into();
         let colours = SliceColours::new(&scan);
         let window = ValueWindow::over([0.0, 255.0]);
         let picture = colours.base(&scan, slice(Plane::Axial, 0), window);
-        assert_eq!(picture.pixels.each_ref_greys(), [40, 50, 60, 255, 0, 10, 20, 30]);
+        let greys: Vec<u8> = picture.pixels.iter().map(|pixel| pixel.r()).collect();
+        assert_eq!(greys, [40, 50, 60, 255, 0, 10, 20, 30]);
         let map: OpenVolume = labels().into();
         let picture = SliceColours::new(&map).base(&map, slice(Plane::Axial, 0), window);
         let red = Color32::from_rgb(255, 0, 51);
         assert_eq!(picture.pixels[3], red);
         assert_eq!(picture.pixels[4..], [Color32::BLACK, Color32::BLACK, red, red]);
         assert!(picture.pixels[1] != Color32::BLACK && picture.pixels[1] != red);
-    }
-
-    trait Greys {
-        fn each_ref_greys(&self) -> Vec<u8>;
-    }
-
-    impl Greys for Vec<Color32> {
-        fn each_ref_greys(&self) -> Vec<u8> {
-            self.iter().map(|pixel| pixel.r()).collect()
-        }
     }
 
     #[test]

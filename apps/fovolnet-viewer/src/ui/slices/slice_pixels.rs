@@ -35,16 +35,25 @@ impl Slice {
         let (data, endian, rescale) = (volume.data(), volume.endian(), volume.rescale());
         let voxel = volume.components() * volume.dtype().size();
         let mut pixels = vec![Color32::BLACK; width * height];
-        let mut read = |x: usize, y: usize| {
-            let at = (first + x as isize * right + y as isize * down) as usize * voxel;
-            let raw = T::decode(&data[at..at + size_of::<T>()], endian).to_f64();
-            pixels[y * width + x] = colour(rescale.apply(raw));
-        };
         // Neighbours in memory are read one after another.
-        if right.abs() <= down.abs() {
-            (0..height).for_each(|y| (0..width).for_each(|x| read(x, y)));
-        } else {
-            (0..width).for_each(|x| (0..height).for_each(|y| read(x, y)));
+        let by_rows = right.abs() <= down.abs();
+        let ((count, step), (lines, next)) = match by_rows {
+            true => ((width, right), (height, down)),
+            false => ((height, down), (width, right)),
+        };
+        let mut raw = Vec::with_capacity(count);
+        for line in 0..lines {
+            // Reading a line alone, before any colour, keeps more reads of far memory under way.
+            let start = first + line as isize * next;
+            raw.clear();
+            raw.extend((0..count as isize).map(|i| {
+                let at = (start + i * step) as usize * voxel;
+                T::decode(&data[at..at + size_of::<T>()], endian)
+            }));
+            for (i, raw) in raw.iter().enumerate() {
+                let at = if by_rows { line * width + i } else { i * width + line };
+                pixels[at] = colour(rescale.apply(raw.to_f64()));
+            }
         }
         pixels
     }
