@@ -68,6 +68,9 @@ impl Viewer {
         let mut read = None;
         let Some(opened) = &mut self.opened else { return };
         let section = |name: &str| CollapsingHeader::new(name).default_open(true);
+        if self.preferences.slices {
+            section("Slices").show(ui, |ui| read = panels::slices(ui, &mut self.slices, opened));
+        }
         section("Transfer function").show(ui, |ui| {
             ui.horizontal(|ui| {
                 let current = opened.document.settings().tf.clone().unwrap_or_default();
@@ -97,9 +100,6 @@ impl Viewer {
             panels::mode(ui, opened.document.settings_mut(), opened.volume.volume.range());
             panels::projection(ui, opened.document.settings_mut());
         });
-        if self.preferences.slices {
-            section("Slices").show(ui, |ui| read = panels::slices(ui, &mut self.slices, opened));
-        }
         let has_parts = panels::has_parts(&opened.volume.volume, opened.series());
         CollapsingHeader::new("Data").default_open(has_parts).show(ui, |ui| {
             let session = opened.document.session();

@@ -97,8 +97,11 @@ pub fn ruler(painter: &Painter, [from, to]: [Pos2; 2], length: f64, volume: &Vol
         line(painter, end - across, end + across, 1.5, RULER);
     }
     let unit = unit_of_length(volume.grid(), volume.units());
-    let middle = from.lerp(to, 0.5);
-    label(painter, middle + vec2(8.0, 8.0), Align2::LEFT_TOP, &format!("{} {unit}", short(length)));
+    // On the right of the line, on the side from which it leans away.
+    let falls = (to.x - from.x) * (to.y - from.y) > 0.0;
+    let (aside, anchor) =
+        if falls { (vec2(7.0, -5.0), Align2::LEFT_BOTTOM) } else { (vec2(7.0, 5.0), Align2::LEFT_TOP) };
+    label(painter, from.lerp(to, 0.5) + aside, anchor, &format!("{} {unit}", short(length)));
 }
 
 #[cfg(test)]

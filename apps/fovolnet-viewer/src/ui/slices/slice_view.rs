@@ -56,10 +56,11 @@ fn act(ui: &Ui, response: &Response, slices: &mut Slices, opened: &Opened, place
     let dims = opened.volume.volume.grid().dims();
     let axis = placed.lie.across.axis;
     let number = slices.crosshair[axis];
+    // A quick click presses and releases within a frame.
+    let is_pressed = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.primary_down());
     if slices.measures {
         measure(ui, response, slices, placed, number);
-    } else if response.is_pointer_button_down_on()
-        && ui.input(|input| input.pointer.primary_down())
+    } else if (is_pressed || response.clicked())
         && let Some(at) = response.interact_pointer_pos()
     {
         slices.crosshair = nearest(placed.voxel(at, number), dims);
