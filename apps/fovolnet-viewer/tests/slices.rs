@@ -217,3 +217,30 @@ fn the_picture_says_what_it_shows_under_the_pointer() {
     window.hover_at(Pos2::new(6.0, 60.0));
     until(&mut window, "no words beside the volume", |viewer| viewer.pointed().is_none());
 }
+
+#[test]
+fn rulers_measure_between_points_of_the_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    keys(&mut window, Modifiers::NONE, Key::M);
+    let camera = opened(&window).camera();
+    let ends = [Pos2::new(265.0, 290.0), Pos2::new(305.0, 290.0)];
+    let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+    window.hover_at(ends[0]);
+    until(&mut window, "the first point", |viewer| viewer.pointed().is_some());
+    for (pos, pressed) in [(ends[0], true), (ends[1], false)] {
+        window.hover_at(pos);
+        window.step();
+        settle(&mut window);
+        window.event(Event::PointerButton { pos, button, pressed, modifiers });
+        window.step();
+        settle(&mut window);
+    }
+    let rulers: Vec<_> = viewer(&window).slices().rulers.iter().copied().collect();
+    let volume = opened(&window).volume.volume.clone();
+    assert!(rulers.len() == 1 && rulers[0].plane.is_none(), "{rulers:?}");
+    let length = rulers[0].length(&volume);
+    assert!((1.0..12.0).contains(&length), "{length}");
+    assert!(!viewer(&window).slices().rulers.draws_in(None), "it is done");
+    assert_eq!(opened(&window).camera(), camera, "the view stays");
+}

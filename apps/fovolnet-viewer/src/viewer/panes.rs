@@ -169,7 +169,7 @@ impl Viewer {
         let before = opened.camera();
         let picture = self.picture.as_ref();
         let shape = |rect: Rect| picture.map(|picture| picture.texture.shape(rect));
-        let handled = picture_view::show(ui, opened, shape);
+        let handled = picture_view::show(ui, opened, self.slices.measures, shape);
         if handled.resets {
             opened.go_to(0);
         }
@@ -188,6 +188,9 @@ impl Viewer {
             let camera = shown.camera;
             picture_view::marks(ui, opened, &camera, gaze, handled.rect);
         }
+        if let Some(super::Picture { shown, .. }) = &self.picture {
+            picture_view::rulers(ui, opened, &shown.camera, &self.slices.rulers, handled.rect);
+        }
         self.engine.want(ViewRequest {
             volume: opened.volume.clone(),
             settings: opened.screen_settings(pixels(handled.rect, ui.ctx().pixels_per_point())),
@@ -202,7 +205,9 @@ impl Viewer {
         if !self.timeline.is_playing() {
             opened.document.remember(time);
         }
-        self.words_on_picture(handled.pointer?)
+        let at = handled.pointer?;
+        self.measure_in_picture(at, handled.is_pressed);
+        self.words_on_picture(at)
     }
 
     pub(super) fn start_page(&mut self, ui: &mut Ui) {

@@ -5,7 +5,7 @@ mod placed_slice;
 pub mod reading;
 pub mod ruler;
 pub mod slice_colours;
-mod slice_marks;
+pub(crate) mod slice_marks;
 mod slice_pixels;
 mod slice_textures;
 mod slice_view;
