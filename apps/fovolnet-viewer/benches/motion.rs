@@ -101,6 +101,7 @@ fn measure(volume: &str, run: &Run) {
             freedom: Freedom::ALL,
             camera: CameraPath::Flythrough.camera(i),
             gaze: [0.5; 2],
+            probe: None,
             rate: run.rate,
             converges: false,
             look: DisplayMode::Picture,

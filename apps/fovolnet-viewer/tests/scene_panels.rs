@@ -2,11 +2,11 @@
 
 mod harness;
 
-use eframe::egui::accesskit::Role;
+use eframe::egui::{accesskit::Role, vec2};
 use egui_kittest::kittest::Queryable;
 use fovolnet::core::Projection;
 use fovolnet::{Mode, VolumeSettings};
-use harness::{Window, click, opened, settle, until, viewer, window, window_reading};
+use harness::{Window, click, drag, opened, settle, until, viewer, window, window_reading};
 
 /// Clicks the control `label`, which may lie below the visible part of the panels.
 fn press(window: &mut Window, label: &str) {
@@ -147,4 +147,28 @@ fn labels_are_hidden_and_shown() {
     press(&mut window, "Show all");
     settle(&mut window);
     assert_eq!(opacities(&window), [0.9; 3]);
+}
+
+#[test]
+fn planes_are_dragged_in_the_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    press(&mut window, "Clipping");
+    press(&mut window, "Add a plane");
+    settle(&mut window);
+    let camera = opened(&window).camera();
+    let plane = |window: &Window| opened(window).document.settings().clip_plane.clone().unwrap()[0];
+    let before = plane(&window);
+    // The plane faces the eye: its disc is seen around the tip of the arrow.
+    let disc = window.get_by_label("Move plane 1").rect().left_center() + vec2(1.5, 0.0);
+    drag(&mut window, disc, disc + vec2(0.0, -30.0));
+    let moved = plane(&window);
+    assert!(moved[..3] == before[..3] && moved[3] > before[3] + 0.02, "{before:?} {moved:?}");
+    let tip = window.get_by_label("Turn plane 1").rect().center();
+    drag(&mut window, tip, tip + vec2(25.0, 0.0));
+    let turned = plane(&window);
+    let cosine: f64 = (0..3).map(|a| turned[a] * moved[a]).sum();
+    assert!(cosine < 0.95 && (turned[3] - moved[3]).abs() < 1e-9, "{moved:?} {turned:?}");
+    assert_eq!(opened(&window).camera(), camera, "the view stays");
+    assert_eq!(viewer(&window).shown().unwrap().settings.planes.as_slice().len(), 1);
 }

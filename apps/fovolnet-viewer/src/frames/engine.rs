@@ -2,6 +2,7 @@
 
 use crate::frames::frame_producer::FrameProducer;
 use crate::frames::presented::Presented;
+use crate::frames::shown_point::ShownPoint;
 use crate::frames::view_request::ViewRequest;
 use fovolnet::SpeedSettings;
 use fovolnet::gpu::Gpu;
@@ -30,6 +31,7 @@ struct Desk {
     is_done: bool,
     stops: bool,
     shown: Option<Presented>,
+    point: Option<ShownPoint>,
     said: Vec<Said>,
 }
 
@@ -79,6 +81,11 @@ impl Engine {
         self.shared.desk().shown.take()
     }
 
+    /// The point that was asked for, once it is found.
+    pub fn point(&self) -> Option<ShownPoint> {
+        self.shared.desk().point
+    }
+
     /// Takes the messages since the last call.
     pub fn take_said(&self) -> Vec<Said> {
         std::mem::take(&mut self.shared.desk().said)
@@ -126,7 +133,7 @@ impl Shared {
                     None
                 }
             };
-            if self.tell(&wanted, shown, said) {
+            if self.tell(&wanted, shown, producer.point(), said) {
                 wake();
             }
         }
@@ -140,10 +147,17 @@ impl Shared {
     }
 
     /// Publishes results. Returns whether there is anything new, including that the request is complete.
-    fn tell(&self, wanted: &ViewRequest, shown: Option<Presented>, said: Vec<Said>) -> bool {
+    fn tell(
+        &self,
+        wanted: &ViewRequest,
+        shown: Option<Presented>,
+        point: Option<ShownPoint>,
+        said: Vec<Said>,
+    ) -> bool {
         let mut desk = self.desk();
         desk.is_done = shown.is_none() && desk.wanted.as_ref() == Some(wanted);
-        let is_news = desk.is_done || shown.is_some() || !said.is_empty();
+        let is_news = desk.is_done || shown.is_some() || !said.is_empty() || desk.point != point;
+        desk.point = point;
         desk.said.extend(said);
         if shown.is_some() {
             desk.shown = shown;
@@ -169,6 +183,7 @@ mod tests {
             freedom: fovolnet::Freedom::ALL,
             camera: CameraPath::Orbit.camera(0),
             gaze: [0.5; 2],
+            probe: None,
             rate: None,
             converges: true,
             look: DisplayMode::Picture,

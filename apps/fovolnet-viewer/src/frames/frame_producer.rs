@@ -2,6 +2,7 @@
 
 use crate::frames::display_mode::{DisplayMode, Parts, rgba};
 use crate::frames::presented::{Pixels, Presented, Progress};
+use crate::frames::shown_point::ShownPoint;
 use crate::frames::still::{Quality, Still};
 use crate::frames::turnaround::Turnaround;
 use crate::frames::view_request::ViewRequest;
@@ -37,6 +38,8 @@ pub struct FrameProducer {
     /// Whether it changed light, transfer function or clip.
     scene_changed: bool,
     next_frame: u32,
+    /// Answer to the last question for a point, until the view changes.
+    point: Option<ShownPoint>,
     notes: Vec<String>,
 }
 
@@ -71,6 +74,11 @@ impl FrameProducer {
         std::mem::take(&mut self.notes)
     }
 
+    /// The point that was asked for last, if the view has not changed since.
+    pub fn point(&self) -> Option<ShownPoint> {
+        self.point
+    }
+
     /// Makes the next picture of `wanted`; `None` if the last picture is final.
     ///
     /// # Errors
@@ -88,8 +96,15 @@ impl FrameProducer {
 
     fn next(&mut self, wanted: &ViewRequest) -> Result<Option<Presented>> {
         let (last, is_new) = match self.last.take() {
-            Some(last) if last.wanted.shows_as(wanted) => self.go_on(last, wanted)?,
-            _ => (self.move_to(wanted)?, true),
+            Some(last) if last.wanted.shows_as(wanted) => {
+                let next = self.go_on(last, wanted)?;
+                self.find_point(wanted, &next.0.settings)?;
+                next
+            }
+            _ => {
+                self.point = None;
+                (self.move_to(wanted)?, true)
+            }
         };
         let shown = is_new.then(|| self.shown(&last));
         self.last = Some(last);
@@ -116,6 +131,16 @@ impl FrameProducer {
             view => (view, looks_other),
         };
         Ok((Last { view, wanted: wanted.clone(), ..last }, is_new))
+    }
+
+    /// Finds the point that `wanted` asks for, unless it is known. Views in motion have no time for it.
+    fn find_point(&mut self, wanted: &ViewRequest, settings: &RenderSettings) -> Result<()> {
+        let Some(at) = wanted.probe.filter(|&at| self.point.is_none_or(|known| known.at != at)) else {
+            return Ok(());
+        };
+        let pipeline = self.open(&wanted.volume, settings)?;
+        self.point = Some(ShownPoint::find(pipeline, &wanted.camera, at)?);
+        Ok(())
     }
 
     /// Makes a frame in motion as the planner says.
@@ -328,6 +353,7 @@ mod tests {
             freedom: Freedom::ALL,
             camera: CameraPath::Orbit.camera(0),
             gaze: [0.5; 2],
+            probe: None,
             rate: None,
             converges: true,
             look: DisplayMode::Picture,

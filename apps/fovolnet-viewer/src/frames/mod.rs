@@ -5,6 +5,7 @@ pub mod engine;
 pub mod frame_producer;
 pub mod gaze;
 pub mod presented;
+pub mod shown_point;
 pub mod still;
 mod turnaround;
 pub mod view_request;

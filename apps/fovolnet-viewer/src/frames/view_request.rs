@@ -18,6 +18,8 @@ pub struct ViewRequest {
     pub camera: Camera,
     /// Gaze, as fractions of the picture from its top left.
     pub gaze: [f64; 2],
+    /// Place in the picture whose point of the volume is asked for, as fractions from the top left.
+    pub probe: Option<[f64; 2]>,
     /// Frame rate to keep in motion; `None`, or fixed quality, renders with the settings unchanged.
     pub rate: Option<f64>,
     /// Whether still views are refined to the full frame.
@@ -38,7 +40,7 @@ impl ViewRequest {
 impl PartialEq for ViewRequest {
     fn eq(&self, other: &Self) -> bool {
         self.shows_as(other)
-            && (self.gaze, self.rate, self.converges, self.look)
-                == (other.gaze, other.rate, other.converges, other.look)
+            && (self.gaze, self.probe, self.rate) == (other.gaze, other.probe, other.rate)
+            && (self.converges, self.look) == (other.converges, other.look)
     }
 }

@@ -1,6 +1,7 @@
 //! Open volume with cached data that follows from its session.
 
 use crate::session::document::Document;
+use crate::ui::slices::slice_colours::SliceColours;
 use crate::ui::transfer::backdrop::Backdrop;
 use crate::ui::transfer::transfer_editor::TransferEditor;
 use anyhow::Result;
@@ -22,6 +23,8 @@ pub struct Opened {
     pub volume: OpenVolume,
     /// Histograms behind the transfer function.
     pub backdrop: Backdrop,
+    /// Colours of the slices.
+    pub slice_colours: SliceColours,
     /// State of the transfer-function editor.
     pub editor: TransferEditor,
     /// Transfer function, and the setting that it was made from.
@@ -95,6 +98,7 @@ impl Opened {
         notes.extend(volume.remarks());
         notes.extend(volume.notes());
         let backdrop = Backdrop::new(&volume);
+        let slice_colours = SliceColours::new(&volume);
         let transfer = match document.transfer_function(&volume) {
             Ok(transfer) => transfer,
             Err(error) => {
@@ -109,6 +113,7 @@ impl Opened {
             document,
             volume,
             backdrop,
+            slice_colours,
             editor: TransferEditor::default(),
             transfer,
             path: camera_path(&usual, &world)?,

@@ -28,13 +28,15 @@ pub struct Preferences {
     pub converges: bool,
     /// Whether box, axes and scales are drawn.
     pub marks: bool,
+    /// Whether slices are shown beside the picture.
+    pub slices: bool,
     /// Whether the theme is dark.
     pub dark: bool,
 }
 
 impl Default for Preferences {
     fn default() -> Self {
-        Self { recent: Vec::new(), rate: 12.0, converges: true, marks: true, dark: true }
+        Self { recent: Vec::new(), rate: 12.0, converges: true, marks: true, slices: false, dark: true }
     }
 }
 

@@ -36,6 +36,12 @@ pub enum Command {
     AddKeyframe,
     /// Show or hide box, axes and scales.
     ToggleMarks,
+    /// Show or hide the slices.
+    ToggleSlices,
+    /// Let drags measure lengths, or no longer.
+    ToggleRuler,
+    /// Remove all rulers.
+    ClearRulers,
     /// Switch between light and dark theme.
     ToggleTheme,
     /// Show help for keys and mouse.
@@ -58,6 +64,7 @@ const fn entry(command: Command, name: &'static str, modifiers: Modifiers, key: 
 }
 
 const NONE: Modifiers = Modifiers::NONE;
+const SHIFT: Modifiers = Modifiers::SHIFT;
 const CTRL: Modifiers = Modifiers::COMMAND;
 const CTRL_SHIFT: Modifiers = Modifiers { shift: true, ..Modifiers::COMMAND };
 
@@ -95,6 +102,9 @@ pub const VIEW: &[Entry] = &[
     entry(Command::Show(DisplayMode::Density), "Show the density", NONE, Key::F8),
     entry(Command::Show(DisplayMode::Difference), "Show the difference", NONE, Key::F9),
     entry(Command::ToggleMarks, "Box, axes and scales", NONE, Key::B),
+    entry(Command::ToggleSlices, "Slices", NONE, Key::F4),
+    entry(Command::ToggleRuler, "Ruler", NONE, Key::M),
+    entry(Command::ClearRulers, "Clear rulers", SHIFT, Key::M),
     entry(Command::ToggleTheme, "Light or dark", NONE, Key::F10),
 ];
 
@@ -114,6 +124,9 @@ pub const GESTURES: &[(&str, &str)] = &[
     ("W A S D, Q E", "Fly forward, left, back, right, down, up; faster with Shift"),
     ("L + drag", "Turn the light"),
     ("Double click", "Reset the view"),
+    ("Drag in a slice", "Move the crosshair, or measure with the ruler"),
+    ("Right button in a slice", "Window (sideways) and level (up and down); double click resets"),
+    ("Wheel in a slice", "Next slices"),
     ("Drop a file", "Open it"),
     ("Pointer", "Where you look: sampled most densely"),
 ];

@@ -4,6 +4,7 @@ mod actions;
 mod keeping;
 mod leaving;
 mod panes;
+mod pointing;
 mod time_playback;
 
 use crate::frames::display_mode::DisplayMode;
@@ -19,6 +20,7 @@ use crate::ui::dialogues::layout_form::LayoutForm;
 use crate::ui::dialogues::{Dialogue, Next};
 use crate::ui::messages::Messages;
 use crate::ui::panels;
+use crate::ui::slices::slices_view::Slices;
 use crate::ui::thumbnails::Thumbnails;
 use crate::ui::timeline::Timeline;
 use crate::window::quad::{OnWindow, Painter};
@@ -108,6 +110,9 @@ pub struct Viewer {
     look: DisplayMode,
     gaze_kind: GazeKind,
     pointer_gaze: PointerGaze,
+    slices: Slices,
+    /// Words on the point under the pointer.
+    pointed: Option<String>,
     timeline: Timeline,
     times: TimePlayback,
     history: VecDeque<Timings>,
@@ -159,6 +164,8 @@ impl Viewer {
             look: DisplayMode::default(),
             gaze_kind: if start.render.gaze.is_some() { GazeKind::Session } else { GazeKind::default() },
             pointer_gaze: PointerGaze::default(),
+            slices: Slices::default(),
+            pointed: None,
             timeline: Timeline::default(),
             times: TimePlayback::default(),
             history: VecDeque::new(),
@@ -189,6 +196,16 @@ impl Viewer {
     /// The displayed picture, without its pixels.
     pub fn shown(&self) -> Option<&Presented> {
         self.picture.as_ref().map(|picture| &picture.shown)
+    }
+
+    /// The slices beside the picture.
+    pub fn slices(&self) -> &Slices {
+        &self.slices
+    }
+
+    /// Words on the point under the pointer.
+    pub fn pointed(&self) -> Option<&str> {
+        self.pointed.as_deref()
     }
 
     /// Whether no work is pending and the picture is final.

@@ -9,12 +9,15 @@ use crate::session::opened::Opened;
 use crate::ui::commands::{self, Command, Entry};
 use crate::ui::dialogues::files::Purpose;
 use crate::ui::dialogues::{Dialogue, FilePrompt, Next};
+use crate::ui::slices::slices_view;
 use crate::ui::transfer::transfer_editor::presets_ui;
 use crate::{ui::panels, ui::picture::picture_view, ui::start_page};
-use eframe::egui::{self, Align, CollapsingHeader, Layout, Rect, Ui};
+use eframe::egui::{self, Align, CollapsingHeader, Color32, Layout, Rect, Ui, UiBuilder};
 use fovolnet::core::FrameSize;
 use fovolnet::presets;
 
+/// Colour between the pictures.
+const SEAM: Color32 = Color32::from_gray(70);
 /// Largest picture on the screen, in pixels along each side.
 const LARGEST: f32 = 8192.0;
 
@@ -66,6 +69,9 @@ impl Viewer {
         let mut read = None;
         let Some(opened) = &mut self.opened else { return };
         let section = |name: &str| CollapsingHeader::new(name).default_open(true);
+        if self.preferences.slices {
+            section("Slices").show(ui, |ui| read = panels::slices(ui, &mut self.slices, opened));
+        }
         section("Transfer function").show(ui, |ui| {
             ui.horizontal(|ui| {
                 let current = opened.document.settings().tf.clone().unwrap_or_default();
@@ -108,7 +114,9 @@ impl Viewer {
         let has_parts = panels::has_parts(&opened.volume.volume, opened.series());
         CollapsingHeader::new("Data").default_open(has_parts).show(ui, |ui| {
             let session = opened.document.session();
-            read = panels::data(ui, &session.read, (&opened.volume, opened.series()), &mut self.times.plays);
+            let changed =
+                panels::data(ui, &session.read, (&opened.volume, opened.series()), &mut self.times.plays);
+            read = changed.or(read.take());
         });
         CollapsingHeader::new("Clipping").show(ui, |ui| {
             panels::cropping(ui, opened.document.settings_mut(), opened.volume.volume.grid().dims());
@@ -143,8 +151,27 @@ impl Viewer {
     }
 
     pub(super) fn picture(&mut self, ui: &mut Ui) {
-        let time = ui.input(|input| input.time);
         let Some(opened) = &mut self.opened else { return };
+        self.slices.follow(opened);
+        let whole = ui.available_rect_before_wrap();
+        let mut words = None;
+        let mut room = whole;
+        if self.preferences.slices {
+            let (picture, rooms) = slices_view::rooms(whole);
+            ui.painter().rect_filled(whole, 0.0, SEAM);
+            words = self.slices.show(ui, opened, rooms);
+            room = picture;
+        }
+        ui.scope_builder(UiBuilder::new().max_rect(room), |ui| {
+            let of_picture = self.rendered(ui);
+            self.point_at(ui.ctx(), words.or(of_picture));
+        });
+    }
+
+    /// Shows the rendered picture. Returns the words on the point under the pointer.
+    fn rendered(&mut self, ui: &mut Ui) -> Option<String> {
+        let time = ui.input(|input| input.time);
+        let opened = self.opened.as_mut()?;
         if self.timeline.is_playing() {
             self.timeline.advance(time, opened);
             // Playback also advances with every new picture. More repaints would take time with software rendering.
@@ -153,7 +180,7 @@ impl Viewer {
         let before = opened.camera();
         let picture = self.picture.as_ref();
         let shape = |rect: Rect| picture.map(|picture| picture.texture.shape(rect));
-        let handled = picture_view::show(ui, opened, shape);
+        let handled = picture_view::show(ui, opened, self.slices.measures, shape);
         if handled.resets {
             opened.go_to(0);
         }
@@ -172,12 +199,16 @@ impl Viewer {
             let camera = shown.camera;
             picture_view::marks(ui, opened, &camera, gaze, handled.rect);
         }
+        if let Some(super::Picture { shown, .. }) = &self.picture {
+            picture_view::rulers(ui, opened, &shown.camera, &self.slices.rulers, handled.rect);
+        }
         self.engine.want(ViewRequest {
             volume: opened.volume.clone(),
             settings: opened.screen_settings(pixels(handled.rect, ui.ctx().pixels_per_point())),
             freedom: opened.document.settings().freedom(),
             camera: opened.camera(),
             gaze,
+            probe: handled.pointer,
             rate: (self.preferences.rate > 0.0).then_some(self.preferences.rate),
             converges: self.preferences.converges && !self.timeline.is_playing(),
             look: self.look,
@@ -185,6 +216,9 @@ impl Viewer {
         if !self.timeline.is_playing() {
             opened.document.remember(time);
         }
+        let at = handled.pointer?;
+        self.measure_in_picture(at, handled.is_pressed);
+        self.words_on_picture(at)
     }
 
     pub(super) fn start_page(&mut self, ui: &mut Ui) {
@@ -219,6 +253,10 @@ impl Viewer {
                     ui.weak(format!("{x}×{y}×{z} {}", opened.volume.volume.dtype()));
                     if let Progress::Converging(share) = shown.progress {
                         ui.weak(format!("measured {:.0} %", share * 100.0));
+                    }
+                    if let Some(words) = &self.pointed {
+                        ui.separator();
+                        ui.label(words);
                     }
                     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                         let explanation = self.look.explanation();

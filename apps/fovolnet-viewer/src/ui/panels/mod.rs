@@ -9,6 +9,7 @@ mod placement;
 mod planes;
 mod sampling;
 mod scene;
+mod slices;
 mod statistics;
 
 pub use data::{data, has_parts};
@@ -19,4 +20,5 @@ pub use placement::{cropping, standing};
 pub use planes::planes;
 pub use sampling::sampling;
 pub use scene::scene;
+pub use slices::slices;
 pub use statistics::{HISTORY, statistics};

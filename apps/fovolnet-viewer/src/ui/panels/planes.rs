@@ -1,9 +1,7 @@
+use crate::ui::picture::plane_drag::FARTHEST;
 use eframe::egui::{Slider, Ui};
 use fovolnet::RenderOverrides;
 use fovolnet::core::{Camera, ClipPlanes};
-
-/// Farthest that a plane can be from the middle: half the diagonal of a cube of side 1.
-const FARTHEST: f64 = 0.87;
 
 /// Panel for planes that cut the volume. New ones face `camera`.
 pub fn planes(ui: &mut Ui, settings: &mut RenderOverrides, camera: &Camera) {

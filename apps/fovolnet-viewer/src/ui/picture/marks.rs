@@ -1,6 +1,7 @@
 //! Overlays on the picture: bounding box, axes, scales and gaze.
 
 use crate::ui::picture::navigation::visible_height;
+use crate::ui::slices::ruler::unit_of_length;
 use eframe::egui::{Align2, Color32, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke, Vec2, pos2, vec2};
 use fovolnet::core::{Camera, Grid, TransferFunction};
 use glam::DVec3;
@@ -16,6 +17,11 @@ impl Projection {
     /// Projection of a picture of `camera` that fills `rect`.
     pub fn new(camera: Camera, rect: Rect) -> Self {
         Self { camera, rect }
+    }
+
+    /// Forward, right and up of the camera.
+    pub fn axes(&self) -> (DVec3, DVec3, DVec3) {
+        self.camera.axes()
     }
 
     /// Screen position of `point`, or `None` behind the eye.
@@ -36,13 +42,13 @@ impl Projection {
 }
 
 /// Light line with a dark outline, visible on any background.
-fn line(painter: &Painter, from: Pos2, to: Pos2, width: f32, colour: Color32) {
+pub fn line(painter: &Painter, from: Pos2, to: Pos2, width: f32, colour: Color32) {
     painter.line_segment([from, to], Stroke::new(width + 1.5, Color32::from_black_alpha(110)));
     painter.line_segment([from, to], Stroke::new(width, colour));
 }
 
 /// Text with a dark outline.
-fn label(painter: &Painter, at: Pos2, anchor: Align2, text: &str) {
+pub fn label(painter: &Painter, at: Pos2, anchor: Align2, text: &str) {
     let font = FontId::proportional(12.0);
     for offset in [vec2(1.0, 0.0), vec2(-1.0, 0.0), vec2(0.0, 1.0), vec2(0.0, -1.0)] {
         painter.text(at + offset, anchor, text, font.clone(), Color32::from_black_alpha(160));
@@ -122,6 +128,11 @@ pub fn scale_bar(painter: &Painter, camera: &Camera, grid: &Grid, units: Option<
     // In world units the longest side is 1; this is the world length of a unit of the file.
     let unit = grid.voxel_size().x / grid.spacing()[0];
     let points_a_unit = f64::from(rect.height()) / visible_height(camera) * unit;
+    length_bar(painter, points_a_unit, unit_of_length(grid, units), rect);
+}
+
+/// Draws a bar of a round length at the bottom left of `rect`, where a `unit` has `points_a_unit`.
+pub fn length_bar(painter: &Painter, points_a_unit: f64, unit: &str, rect: Rect) {
     let length = round_length(f64::from(rect.width().min(rect.height())) * 0.3 / points_a_unit);
     if !length.is_finite() || length <= 0.0 {
         return;
@@ -133,7 +144,6 @@ pub fn scale_bar(painter: &Painter, camera: &Camera, grid: &Grid, units: Option<
     for end in [from, to] {
         line(painter, end - vec2(0.0, 4.0), end + vec2(0.0, 4.0), 2.0, Color32::WHITE);
     }
-    let unit = units.unwrap_or(if grid.spacing() == [1.0; 3] { "voxels" } else { "units" });
     label(
         painter,
         from.lerp(to, 0.5) - vec2(0.0, 5.0),

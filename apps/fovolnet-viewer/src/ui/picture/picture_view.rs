@@ -2,7 +2,8 @@
 
 use crate::session::opened::Opened;
 use crate::ui::picture::marks::{self, AxisNames, Projection};
-use crate::ui::picture::navigation;
+use crate::ui::picture::{navigation, plane_handles};
+use crate::ui::slices::{ruler::Rulers, slice_marks};
 use eframe::egui::{Color32, Key, PointerButton, Rect, Response, Sense, Shape, Ui, Vec2, vec2};
 use fovolnet::RenderSettings;
 use fovolnet::core::Camera;
@@ -20,25 +21,34 @@ pub struct Handled {
     pub rect: Rect,
     /// Position of the pointer over the picture, as fractions from its top left.
     pub pointer: Option<[f64; 2]>,
+    /// Whether the left button is held down that was pressed over the picture.
+    pub is_pressed: bool,
     /// Whether the user asked to reset the view.
     pub resets: bool,
 }
 
-/// Fills the rest of `ui` with the `picture`, if there is one, and handles navigation.
-pub fn show(ui: &mut Ui, opened: &mut Opened, picture: impl FnOnce(Rect) -> Option<Shape>) -> Handled {
+/// Fills the rest of `ui` with the `picture`, if there is one, and handles navigation. Where the left button `measures`, it
+/// does not turn the view.
+pub fn show(
+    ui: &mut Ui,
+    opened: &mut Opened,
+    measures: bool,
+    picture: impl FnOnce(Rect) -> Option<Shape>,
+) -> Handled {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
     ui.painter().add(picture(rect).unwrap_or_else(|| Shape::rect_filled(rect, 0.0, Color32::BLACK)));
-    turn(ui, &response, opened, rect);
+    turn(ui, &response, opened, (rect, measures));
     fly(ui, opened);
     let pointer = response.hover_pos().map(|at| {
         let part = (at - rect.min) / rect.size();
         [f64::from(part.x), f64::from(part.y)]
     });
-    Handled { rect, pointer, resets: response.double_clicked() }
+    let is_pressed = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.primary_down());
+    Handled { rect, pointer, is_pressed, resets: response.double_clicked() && !measures }
 }
 
 /// Handles rotation, panning and zoom.
-fn turn(ui: &Ui, response: &Response, opened: &mut Opened, rect: Rect) {
+fn turn(ui: &Ui, response: &Response, opened: &mut Opened, (rect, measures): (Rect, bool)) {
     let camera = opened.camera();
     let (shift, turns_light) = ui.input(|input| (input.modifiers.shift, input.key_down(Key::L)));
     let delta = response.drag_delta();
@@ -51,7 +61,7 @@ fn turn(ui: &Ui, response: &Response, opened: &mut Opened, rect: Rect) {
         } else if moves {
             let part = delta / rect.height();
             opened.stand_at(&navigation::pan(&camera, part.x.into(), part.y.into()));
-        } else {
+        } else if !measures {
             let [right, up] = [-f64::from(delta.x) * TURN, f64::from(delta.y) * TURN];
             opened.stand_at(&navigation::orbit(&camera, right, up));
         }
@@ -97,6 +107,18 @@ fn fly(ui: &Ui, opened: &mut Opened) {
     }
 }
 
+/// Draws `rulers` over the picture of `camera` in `rect`, also those of slices.
+pub fn rulers(ui: &Ui, opened: &Opened, camera: &Camera, rulers: &Rulers, rect: Rect) {
+    let volume = &opened.volume.volume;
+    let (painter, projection) = (ui.painter_at(rect), Projection::new(*camera, rect));
+    for ruler in rulers.iter() {
+        let world = |voxel: DVec3| opened.world().to_world(volume.grid().grid_to_world(voxel + 0.5));
+        if let [Some(from), Some(to)] = ruler.ends.map(|end| projection.project(world(end))) {
+            slice_marks::ruler(&painter, [from, to], ruler.length(volume), volume);
+        }
+    }
+}
+
 /// Draws box, axes, scales and gaze over the picture of `camera` in `rect`. A click on an axis turns the view.
 pub fn marks(ui: &mut Ui, opened: &mut Opened, camera: &Camera, gaze: Option<[f64; 2]>, rect: Rect) {
     let painter = ui.painter_at(rect);
@@ -108,6 +130,7 @@ pub fn marks(ui: &mut Ui, opened: &mut Opened, camera: &Camera, gaze: Option<[f6
     if opened.document.settings().clip.is_some() {
         marks::bounding_box(&painter, &projection, world.shown_corners(), Color32::from_rgb(255, 190, 90));
     }
+    plane_handles::show(ui, opened, &projection, rect);
     marks::scale_bar(&painter, camera, grid, volume.units(), rect);
     marks::colour_bar(&painter, opened.transfer(), opened.backdrop.histogram().range(), rect);
     if let Some(gaze) = gaze {
