@@ -20,7 +20,7 @@ use crate::ui::dialogues::layout_form::LayoutForm;
 use crate::ui::dialogues::{Dialogue, Next};
 use crate::ui::messages::Messages;
 use crate::ui::panels;
-use crate::ui::slices::slices_view::Slices;
+use crate::ui::slices::slices_state::Slices;
 use crate::ui::thumbnails::Thumbnails;
 use crate::ui::timeline::Timeline;
 use crate::window::quad::{OnWindow, Painter};

@@ -159,7 +159,7 @@ impl Viewer {
         if self.preferences.slices {
             let (picture, rooms) = slices_view::rooms(whole);
             ui.painter().rect_filled(whole, 0.0, SEAM);
-            words = self.slices.show(ui, opened, rooms);
+            words = slices_view::show(ui, &mut self.slices, opened, rooms);
             room = picture;
         }
         ui.scope_builder(UiBuilder::new().max_rect(room), |ui| {

@@ -1,5 +1,5 @@
 use crate::session::opened::Opened;
-use crate::ui::slices::slices_view::Slices;
+use crate::ui::slices::slices_state::Slices;
 use crate::ui::slices::value_window::ValueWindow;
 use eframe::egui::{Button, DragValue, Ui};
 use fovolnet::VolumeSettings;

@@ -9,5 +9,6 @@ pub(crate) mod slice_marks;
 mod slice_pixels;
 mod slice_textures;
 mod slice_view;
+pub mod slices_state;
 pub mod slices_view;
 pub mod value_window;

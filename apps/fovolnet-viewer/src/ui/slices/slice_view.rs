@@ -4,7 +4,7 @@ use super::orientation::Lie;
 use super::placed_slice::{PlacedSlice, nearest};
 use super::reading::reading;
 use super::slice_marks as marks;
-use super::slices_view::Slices;
+use super::slices_state::Slices;
 use crate::session::opened::Opened;
 use eframe::egui::{
     Color32, CursorIcon, Event, MouseWheelUnit, PointerButton, Pos2, Rect, Response, Sense, Shape, Ui,
