@@ -138,7 +138,6 @@ mod tests {
     use fovolnet::core::{Contents, Grid, Label};
     use fovolnet::{OpenLayer, TransferChoice};
     use std::sync::Arc;
-    use std::time::Instant;
 
     fn slice(plane: Plane, number: usize) -> Slice {
         Slice { lie: Lie::new(plane, None), number, every: 1 }
@@ -189,22 +188,5 @@ mod tests {
         let window = ValueWindow::over([0.0, 1.0]);
         let picture = SliceColours::new(&opened).base(&opened, slice(Plane::Axial, 0), window);
         assert_eq!(picture.pixels[0], Color32::from_rgb(14, 104, 204));
-    }
-
-    #[test]
-    #[ignore = "a measurement: run it alone with --nocapture"]
-    fn slices_of_512_voxels_a_side_take_milliseconds() {
-        let grid = Grid::new([512; 3], [1.0; 3]).unwrap();
-        let values: Vec<i16> = (0..512usize.pow(3)).map(|i| (i % 4001) as i16).collect();
-        let opened: OpenVolume = Volume::from_values(grid, values).unwrap().into();
-        let colours = SliceColours { labels: None, layers: Vec::new() };
-        let window = ValueWindow::over([0.0, 4000.0]);
-        for plane in Plane::ALL {
-            let started = Instant::now();
-            for number in 100..120 {
-                assert_eq!(colours.base(&opened, slice(plane, number), window).size, [512; 2]);
-            }
-            println!("{plane:?}: {:.2} ms", started.elapsed().as_secs_f64() * 1e3 / 20.0);
-        }
     }
 }
