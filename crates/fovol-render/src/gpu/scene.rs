@@ -39,7 +39,7 @@ pub struct SceneNumbers {
     box_low: [f32; 3],
     iso: f32,
     box_high: [f32; 3],
-    plane_count: u32,
+    unused: u32,
     planes: [[f32; 4]; ClipPlanes::MOST],
     light_planes: [[f32; 4]; ClipPlanes::MOST],
     columns: ColumnNumbers,
@@ -242,6 +242,7 @@ impl Contents {
         SceneKind {
             texels: self.texels(),
             gaps: self.has_gaps,
+            planes: self.clip.planes().as_slice().len() as u32,
             skip,
             columns: skip && self.has_columns,
             integration: self.integration,
@@ -349,7 +350,6 @@ impl Contents {
             light_direction: self.shading.light.direction().as_vec3().to_array(),
             box_low,
             box_high,
-            plane_count: self.clip.planes().as_slice().len() as u32,
             planes: padded(
                 self.clip.planes().in_voxels(&self.grid).map(|plane| plane.map(|x| x as f32)),
                 0.0,
@@ -480,7 +480,7 @@ mod tests {
                     box_low,
                     iso,
                     box_high,
-                    plane_count,
+                    unused,
                     planes,
                     light_planes,
                     columns

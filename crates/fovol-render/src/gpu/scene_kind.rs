@@ -10,6 +10,8 @@ pub struct SceneKind {
     pub texels: TexelKind,
     /// Whether some voxels are NaN.
     pub gaps: bool,
+    /// How many planes cut it.
+    pub planes: u32,
     /// Whether rays skip empty space.
     pub skip: bool,
     /// Whether columns list the samples of shadow rays.
@@ -52,6 +54,7 @@ impl SceneKind {
             ("NEAREST", number(self.interpolation == Interpolation::Nearest)),
             ("SKIP", number(self.skip)),
             ("GAPS", number(self.gaps)),
+            ("PLANES", self.planes.into()),
             ("COLUMNS", number(self.columns)),
         ];
         if let TexelKind::Stored { corners, floats } = self.texels {

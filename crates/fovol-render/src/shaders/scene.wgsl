@@ -56,8 +56,7 @@ struct Scene {
     iso: f32,
     /// The highest corner of that part.
     box_high: vec3f,
-    /// How many planes cut it.
-    plane_count: u32,
+    unused: u32,
     /// Each plane's weights of x, y, z in voxels and a constant, whose sum is 0 or more on the side that is kept.
     planes: array<vec4f, 6>,
     /// The same for the number of primary steps along the light direction to each plane that light comes through.
@@ -67,6 +66,9 @@ struct Scene {
 
 /// Whether rays jump over empty space.
 override SKIP: bool = false;
+/// How many planes cut the volume. A constant, since some drivers compile a shader for every command if a uniform limits
+/// its loop.
+override PLANES: u32 = 0;
 /// Whether some voxels are NaN. They are stored as a large negative number.
 override GAPS: bool = false;
 

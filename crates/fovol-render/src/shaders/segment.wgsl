@@ -56,7 +56,7 @@ fn segment_of(pixel: vec2u) -> Segment {
     let leaves = select(max(a, b), select(vec3f(NEVER), vec3f(-1.0), outside), parallel);
     var near = max(max(enters.x, enters.y), max(enters.z, 0.0));
     var far = min(leaves.x, min(leaves.y, leaves.z));
-    for (var i = 0u; i < scene.plane_count; i += 1u) {
+    for (var i = 0u; i < PLANES; i += 1u) {
         let plane = scene.planes[i];
         let along = dot(plane.xyz, direction);
         let within = dot(plane, vec4f(eye, 1.0));

@@ -50,7 +50,7 @@ fn column_at(crossed: Slice, at: vec2i) -> u32 {
 
 fn is_inside(p: vec3f) -> bool {
     var inside = all(p >= scene.box_low) && all(p <= scene.box_high);
-    for (var i = 0u; i < scene.plane_count; i += 1u) {
+    for (var i = 0u; i < PLANES; i += 1u) {
         inside = inside && dot(scene.planes[i], vec4f(p, 1.0)) >= 0.0;
     }
     return inside;

@@ -12,7 +12,7 @@ fn way_out(p: vec3f) -> f32 {
     let moving = scene.light_inverse != vec3f(0.0);
     let steps = select(vec3f(NEVER), (scene.light_exit - p) * scene.light_inverse, moving);
     var way = min(steps.x, min(steps.y, steps.z));
-    for (var i = 0u; i < scene.plane_count; i += 1u) {
+    for (var i = 0u; i < PLANES; i += 1u) {
         way = min(way, dot(scene.light_planes[i], vec4f(p, 1.0)));
     }
     return way;
