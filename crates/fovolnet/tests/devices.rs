@@ -345,13 +345,24 @@ fn resident() -> Option<u64> {
 #[test]
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn ten_thousand_frames_leave_memory_as_it_was() {
-    // Networks take longer, so fewer of their frames must do.
     let fill = Reconstruction::Fill(Fill::PullPush);
-    for (reconstruct, guide, density, size, frames) in [
-        (fill, Guide::None, Density::Fixed, "48x32", 10_000),
+    check_memory([(fill, Guide::None, Density::Fixed, "48x32", 10_000)]);
+}
+
+/// Networks take longer, so fewer of their frames must do. Fails on llvmpipe of Mesa 22.3.6, where frames of `wnet` leave
+/// 260 KB each; .ci/run leaves it out.
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn a_thousand_frames_of_networks_leave_memory_as_it_was() {
+    check_memory([
         (Reconstruction::WNet, Guide::None, Density::Fixed, "16x16", 1_000),
         (Reconstruction::WNet, Guide::Quarter, Density::Adaptive, "32x32", 1_000),
-    ] {
+    ]);
+}
+
+/// Checks that memory stays as it was after the first tenth of the frames.
+fn check_memory<const N: usize>(cases: [(Reconstruction, Guide, Density, &str, u32); N]) {
+    for (reconstruct, guide, density, size, frames) in cases {
         let settings = RenderSettings {
             size: size.parse().unwrap(),
             guide: guide.into(),
