@@ -349,8 +349,7 @@ fn ten_thousand_frames_leave_memory_as_it_was() {
     check_memory([(fill, Guide::None, Density::Fixed, "48x32", 10_000)]);
 }
 
-/// Networks take longer, so fewer of their frames must do. Fails on llvmpipe of Mesa 22.3.6, where frames of `wnet` leave
-/// 260 KB each; .ci/run leaves it out.
+/// Networks take longer, so fewer of their frames must do.
 #[test]
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn a_thousand_frames_of_networks_leave_memory_as_it_was() {
