@@ -23,10 +23,13 @@ fn pictures(folder: &Path, count: usize) -> Vec<Vec<u8>> {
 fn plans_are_told_measured_and_repeated() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let flags = "--frames 10 --budget 4 --keep frame,reference --json plan.json --save-session plan.toml";
-    succeeds(folder.path(), &format!("render {HEAD} -o first {flags}"));
+    // Smaller frames have too few pixels to measure errors at: their predictions are off by 5 dB on some machines.
+    let head = "head --dims 48,48,48 --size 192x128 --device cpu";
+    let flags = "--frames 10 --budget 8 --keep frame,reference --json plan.json --save-session plan.toml";
+    succeeds(folder.path(), &format!("render {head} -o first {flags}"));
     let made = frames(folder.path(), "plan.json");
     let mut distances = Vec::new();
+    let mut within = 0;
     for frame in &made {
         let plan = &frame["plan"];
         assert!(plan["way"].is_string() && plan["why"].is_string() && plan["step"].is_number(), "{plan}");
@@ -34,17 +37,20 @@ fn plans_are_told_measured_and_repeated() {
         let [least, most] = [0, 1].map(|end| plan["psnr_range"][end].as_f64().unwrap());
         let psnr = plan["psnr"].as_f64().unwrap();
         assert!(least <= psnr && psnr <= most, "{plan}");
-        distances.push((psnr - frame["psnr"].as_f64().unwrap()).abs());
+        let truth = frame["psnr"].as_f64().unwrap();
+        distances.push((psnr - truth).abs());
+        within += usize::from((least - 1.0..=most + 1.0).contains(&truth));
         let [width, height] = [0, 1].map(|side| plan["size"][side].as_f64().unwrap());
         if ["exact light", "cached light"].contains(&plan["way"].as_str().unwrap()) {
-            let density = width * height / (96.0 * 64.0);
+            let density = width * height / (192.0 * 128.0);
             assert!((frame["density"].as_f64().unwrap() - density).abs() < 1e-9, "{frame}");
         }
     }
     distances.sort_by(f64::total_cmp);
     assert!(distances[5] < 3.0, "{distances:?}");
+    assert!(within >= 8, "{made:?}");
     let saved = fs::read_to_string(at("plan.toml")).unwrap();
-    assert!(saved.contains("[[plan]]") && saved.contains("budget = 4.0"), "{saved}");
+    assert!(saved.contains("[[plan]]") && saved.contains("budget = 8.0"), "{saved}");
     succeeds(folder.path(), "render plan.toml --device cpu -o again --json again.json");
     assert_eq!(pictures(&at("first"), 10), pictures(&at("again"), 10));
     let why = |frame: &serde_json::Value| frame["plan"]["why"] == "as the session says";
