@@ -6,6 +6,9 @@
 
 /// Edge of the square of pixels that a feature serves: 1 or 2.
 override EXPAND: u32;
+/// Number of blocks of channels of the features. A constant, since some drivers compile a shader for every command if
+/// a uniform limits one of its loops.
+override FEATURE_BLOCKS: u32;
 /// Number of weights of a kernel.
 override TAPS: u32;
 /// Whether weights are eʷ / Σeʷ; otherwise they are (w² + ε) / (Σw² + nε).
@@ -64,7 +67,7 @@ fn plus_product(sum: vec4f, i: u32, p: vec4f) -> vec4f {
 
 /// Predicts blocks of weights of the feature at `at`, from block `first` on, as many as a thread holds.
 fn predict(first: u32, at: vec2u, thread: u32) {
-    let row = 4u * served.blocks;
+    let row = 4u * FEATURE_BLOCKS;
     for (var block = first; block < min(first + HELD, BLOCKS); block += 4u) {
         let last = BLOCKS - 1u;
         let blocks = min(vec4u(block, block + 1u, block + 2u, block + 3u), vec4u(last));
@@ -72,7 +75,7 @@ fn predict(first: u32, at: vec2u, thread: u32) {
         var b = biases[blocks.y];
         var c = biases[blocks.z];
         var d = biases[blocks.w];
-        for (var z = 0u; z < served.blocks; z += 1u) {
+        for (var z = 0u; z < FEATURE_BLOCKS; z += 1u) {
             let value = feature(at, z);
             a = plus_product(a, blocks.x * row + 4u * z, value);
             b = plus_product(b, blocks.y * row + 4u * z, value);

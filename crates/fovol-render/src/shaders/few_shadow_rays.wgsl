@@ -33,13 +33,11 @@ fn few_shadow_rays(pixel: vec2u) -> FewShadowRays {
         return FewShadowRays(0.0, 0.0, 0.0, 0u);
     }
     let at = pixel + SHIFT;
-    var rank = 0u;
-    if view.noise_hashed != 0u {
-        // The upper 20 of 64 bits.
-        rank = hash(view.noise_seed, at).y >> 12u;
-    } else {
-        rank = textureLoad(noise_tile, vec3u(at % NOISE_TILE, 0u), 0).x;
-    }
+    // The upper 20 of 64 bits.
+    let hashed = hash(view.noise_seed, at).y >> 12u;
+    let listed = textureLoad(noise_tile, vec3u(at % NOISE_TILE, 0u), 0).x;
+    // No branch, since some drivers compile a shader for every command if a uniform decides one.
+    let rank = select(listed, hashed, view.noise_hashed != 0u);
     return FewShadowRays(0.0, 0.0, (f32(rank) + 0.5) / view.noise_levels, 0u);
 }
 

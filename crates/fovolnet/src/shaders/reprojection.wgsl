@@ -24,6 +24,8 @@ fn at_pixel(v: array<vec4f, 3>, pixel: vec2f) -> vec3f {
     return v[0].xyz + v[1].xyz * pixel.x + v[2].xyz * pixel.y;
 }
 
+// Functions select by it and never branch, since some drivers compile a shader for every command if a uniform decides a
+// branch.
 fn is_parallel() -> bool {
     return reprojection.parallax.w != 0.0;
 }
@@ -31,10 +33,8 @@ fn is_parallel() -> bool {
 /// Inverse distance from this camera's eye, times the length of the direction. With parallel rays the distance, 1 for what is
 /// infinitely far away.
 fn nearness(pixel: vec2f, inverse: f32) -> f32 {
-    if is_parallel() {
-        return select(1.0, 1.0 / inverse, inverse > 0.0);
-    }
-    return inverse * length(at_pixel(reprojection.direction, pixel));
+    let distance = select(1.0, 1.0 / inverse, inverse > 0.0);
+    return select(inverse * length(at_pixel(reprojection.direction, pixel)), distance, is_parallel());
 }
 
 /// Position of the point in the axes of the other camera, times the inverse distance.
@@ -51,11 +51,8 @@ fn place_of(seen: vec3f) -> vec2f {
 
 /// Inverse distance from the other camera of the point that `pixel` shows at `seen`.
 fn inverse_from_there(pixel: vec2f, inverse: f32, seen: vec3f) -> f32 {
-    if is_parallel() {
-        return 1.0 / seen.x;
-    }
     let away = length(vec3f(seen.x, seen.y * reprojection.half_width, seen.z * reprojection.half_height));
-    return nearness(pixel, inverse) / away;
+    return select(nearness(pixel, inverse) / away, 1.0 / seen.x, is_parallel());
 }
 
 /// Offset from `pixel` to the position of the same point in the other frame.

@@ -40,6 +40,7 @@ pub fn kernel(context: &Context<'_>, filter: &Filter) -> Result<Kernel> {
         entry_point: "weigh",
         constants: vec![
             ("EXPAND", filter.expand as f64),
+            ("FEATURE_BLOCKS", (weights.len() / bias.len()).div_ceil(BLOCK) as f64),
             ("TAPS", filter.taps() as f64),
             ("SOFTMAX", flag(filter.normalisation == Normalisation::Softmax)),
             ("HALVED", flag(context.is_halved(filter.features))),
