@@ -14,6 +14,7 @@ use fovolnet::{
     Density, Device, DoneFrame, Guide, Mode, OpenDevice, OpenVolume, Pipeline, Reconstruction,
     RenderSettings, Sampling, ShadowRays, SpeedSettings, Viewpoint, VolumeSettings, open_volume,
 };
+use std::sync::{Mutex, PoisonError};
 
 fn head() -> OpenVolume {
     open_volume("head", &VolumeSettings { dims: Some([40; 3]), ..Default::default() }).unwrap()
@@ -404,6 +405,8 @@ fn thousand_frames_of_all_kinds_leave_memory_as_it_was() {
 
 /// Checks that memory stays as it was after the first half of the frames.
 fn check_memory(frames: u32, settings: &RenderSettings) {
+    static ALONE: Mutex<()> = Mutex::new(());
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let mut pipeline = pipeline(settings, Device::Gpu(None));
     let mut at = Vec::new();
     for i in 0..frames {
