@@ -1,54 +1,19 @@
 //! Several volumes at the same points, and voxels with colours: the fast marchers against the specification.
 
 mod gaps;
+mod layered;
 mod scenes;
 
 use fovol_core::{
     Camera, FrameSize, Interpolation, Layer, Pixel, RayMode, SampleList, Scene, ShadowMode, SurfaceShading,
-    Volume,
 };
 use fovol_render::cpu::{RenderOptions, Renderer, Simd, available_simd};
 use scenes::{cameras, differences, transfer, volumes};
 use std::sync::Arc;
 
-/// Scenes of the first and third volume of [`volumes`], which have the same dimensions, and of one with gaps.
-fn layered() -> Vec<(&'static str, Scene)> {
-    let [bytes, _, floats]: [Arc<Volume>; 3] =
-        volumes().into_iter().map(|(_, volume)| Arc::new(volume)).collect::<Vec<_>>().try_into().unwrap();
-    let gaps = Arc::new(gaps::volume());
-    let layer = |volume: &Arc<Volume>, interpolation| Layer {
-        volume: Arc::clone(volume),
-        transfer_function: transfer().with_range(Some([0.2, 0.9])).unwrap().over([0.0, 1.0]),
-        colours: None,
-        interpolation,
-    };
-    let (linear, nearest) = (Interpolation::Linear, Interpolation::Nearest);
-    let mut scene = Scene::new(Arc::clone(&bytes), transfer());
-    scene.background = [0.1, 0.2, 0.3];
-    let two = Scene { layers: vec![layer(&floats, linear)], ..scene.clone() };
-    let four = Scene {
-        layers: vec![layer(&floats, linear), layer(&bytes, nearest), layer(&floats, nearest)],
-        ..scene.clone()
-    };
-    let colours = Some([Arc::clone(&bytes), Arc::clone(&floats), Arc::clone(&bytes)]);
-    let coloured = Scene { colours: colours.clone(), ..scene.clone() };
-    let mut both = Scene { colours: colours.clone(), ..two.clone() };
-    both.layers[0].colours = colours;
-    let mut with_gaps = Scene { volume: Arc::clone(&gaps), ..scene.clone() };
-    with_gaps.transfer_function = transfer().with_nan([0.9, 0.1, 0.2, 0.3]).unwrap();
-    with_gaps.layers = vec![layer(&gaps, linear)];
-    vec![
-        ("two", two),
-        ("four", four),
-        ("coloured", coloured),
-        ("coloured layers", both),
-        ("with gaps", with_gaps),
-    ]
-}
-
 #[test]
 fn every_instruction_set_agrees_with_the_specification() {
-    for (name, mut scene) in layered() {
+    for (name, mut scene) in layered::scenes() {
         for shadows in [ShadowMode::On, ShadowMode::Off, ShadowMode::Cached] {
             for surface in [SurfaceShading::Flat, SurfaceShading::Gradient] {
                 scene.shading.shadows = shadows;
@@ -61,7 +26,7 @@ fn every_instruction_set_agrees_with_the_specification() {
 
 #[test]
 fn projections_of_every_instruction_set_agree_with_the_specification() {
-    for (name, scene) in layered().into_iter().filter(|(name, _)| !name.contains("coloured")) {
+    for (name, scene) in layered::scenes().into_iter().filter(|(name, _)| !name.contains("coloured")) {
         for mode in [RayMode::Mip, RayMode::Minip, RayMode::Average] {
             agrees(&format!("{name} {mode:?}"), &Scene { mode, ..scene.clone() });
         }
@@ -122,7 +87,7 @@ fn a_volume_twice_is_a_denser_one() {
 
 #[test]
 fn a_changed_transfer_function_of_a_layer_is_as_a_new_one() {
-    let mut scene = layered().remove(0).1;
+    let mut scene = layered::scenes().remove(0).1;
     let camera = cameras()[0];
     for shadows in [ShadowMode::On, ShadowMode::Cached] {
         scene.shading.shadows = shadows;
@@ -139,7 +104,7 @@ fn a_changed_transfer_function_of_a_layer_is_as_a_new_one() {
 
 #[test]
 fn what_cannot_be_shown_together_is_refused() {
-    let (_, mut scene) = layered().remove(0);
+    let (_, mut scene) = layered::scenes().remove(0);
     scene.mode = RayMode::Isosurface(0.5);
     assert!(scene.check().unwrap_err().to_string().contains("isosurface"));
     scene.mode = RayMode::Composite;

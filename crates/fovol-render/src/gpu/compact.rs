@@ -53,6 +53,7 @@ mod tests {
     use crate::cpu;
     use crate::gpu::buffers::BLOCK;
     use crate::gpu::frame_buffers::FrameBuffers;
+    use crate::gpu::layers::Layering;
     use crate::gpu::stages::Stages;
     use crate::gpu::volume_texture::TexelKind;
     use crate::noise::hash;
@@ -63,7 +64,7 @@ mod tests {
 
     static DEVICE: LazyLock<(Gpu, Stages)> = LazyLock::new(|| {
         let gpu = Gpu::open(&AdapterRequest::Any.or_environment()).unwrap();
-        let stages = Stages::new(&gpu, TexelKind::Filtered);
+        let stages = Stages::new(&gpu, TexelKind::Filtered, Layering::default());
         (gpu, stages)
     });
 

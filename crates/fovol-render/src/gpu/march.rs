@@ -1,10 +1,13 @@
 use super::buffers::Buffers;
+use super::layers::Layering;
 use super::list_buffers::{GroupSize, ListBuffers, Shaded};
 use super::march_tuner::{MarchTuner, PlayedMarch, Tuned};
 use super::march_variant::{Pixels, Variant};
 use super::scene::DeviceScene;
 use super::scene_kind::{ModeKind, scene_layout};
-use super::shader::{MARCH, MARCH_FILTERED, POOL, POOL_FILTERED, POOL_FINE, POOL_FINE_FILTERED};
+use super::shader::{
+    MARCH, MARCH_FILTERED, MARCH_LAYERED, POOL, POOL_FILTERED, POOL_FINE, POOL_FINE_FILTERED,
+};
 use super::strategy::MarchStrategy;
 use super::volume_texture::TexelKind;
 use fovol_core::{FrameSize, Integration, ShadowMode, SurfaceShading};
@@ -28,12 +31,12 @@ pub struct MarchPass {
 }
 
 impl MarchPass {
-    /// The pass on the device of `gpu`, for volumes of such texels.
-    pub fn new(gpu: &Gpu, texels: TexelKind) -> Self {
+    /// The pass on the device of `gpu`, for volumes of such texels and layers.
+    pub fn new(gpu: &Gpu, texels: TexelKind, layers: Layering) -> Self {
         use Slot::{Read, Uniform, Whole, Write};
         let slots = [Uniform, Uniform, Read, Read, Read, Write, Write, Whole];
         Self {
-            scene_layout: scene_layout(gpu, texels),
+            scene_layout: scene_layout(gpu, texels, layers),
             layout: bind_group_layout(gpu, "march", &slots),
             strategy: MarchStrategy::usual(gpu.info().device_type),
             tuner: MarchTuner::helps(gpu).then(|| MarchTuner::new(gpu, Choices::of_user())),
@@ -166,8 +169,8 @@ impl MarchPass {
         let variant = Variant { pixels, scene: kind, shadows, surface, few };
         let tuned = frame_pixels.map(|pixels| Tuned { variant, pixels: pixels.max(1).ilog2() });
         let (strategy, played) = match (&self.tuner, tuned) {
-            // Few shadow rays leave pools nothing to share, and neither do rays without or with one.
-            _ if few > 0 || !is_composite => (MarchStrategy::Rays, None),
+            // Few shadow rays leave pools nothing to share, and neither do rays without or with one. Pools know one volume only.
+            _ if few > 0 || !is_composite || kind.layers.are_blended() => (MarchStrategy::Rays, None),
             (Some(tuner), Some(tuned)) => {
                 let strategy = tuner.next(tuned);
                 (strategy, Some(PlayedMarch { tuned, strategy }))
@@ -206,7 +209,11 @@ impl MarchPass {
                 constants.push(("FINE", number(variant.scene.integration == Integration::Fine)));
                 constants.push(("FEW", variant.few.into()));
                 constants.push(("MODE", f64::from(variant.scene.mode as u8)));
-                let shader = if is_filtered { MARCH_FILTERED } else { MARCH };
+                let shader = match is_filtered {
+                    _ if variant.scene.layers.are_blended() => MARCH_LAYERED,
+                    true => MARCH_FILTERED,
+                    false => MARCH,
+                };
                 (shader, if is_list { "march_list" } else { "march_frame" })
             }
             MarchStrategy::Pool(pool) => {

@@ -73,7 +73,8 @@ impl Renderer {
     /// As [`Self::new`].
     pub fn with_filtering(gpu: &Gpu, scene: &Scene, filtering: Filtering) -> Result<Self> {
         let contents = Contents::new(gpu, scene, filtering)?;
-        let mut stages = gpu.guarded("compiling the shaders", || Stages::new(gpu, contents.texels()))?;
+        let mut stages = gpu
+            .guarded("compiling the shaders", || Stages::new(gpu, contents.texels(), contents.layering()))?;
         if let Some(strategy) = MarchStrategy::from_environment()? {
             stages.march.set_strategy(strategy);
         }

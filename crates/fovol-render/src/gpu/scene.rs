@@ -1,49 +1,23 @@
-use super::error::{Error, Result};
+use super::error::Result;
+use super::layers::{LayerLooks, Layering, Layers};
 use super::light_columns::{self, ColumnNumbers};
 use super::scene_kind::{SceneKind, scene_layout};
+use super::scene_numbers::{FAR, SceneNumbers, padded};
 use super::shadow_grid::{ShadowGridPass, shadow_texture};
+use super::tables::Tables;
 use super::texture::{texture, write_slices};
 use super::volume_texture::{TexelKind, VolumeTexture};
 use crate::Filtering;
 use crate::cpu::light_columns::LightColumns;
-use crate::scene::{
-    Bricks, ExtinctionTable, LightPath, LightSlices, Macrocells, SWEEP_STEP, Segments, TransferTable,
-};
-use bytemuck::{Pod, Zeroable};
+use crate::scene::{Bricks, LightPath, LightSlices, Macrocells, SWEEP_STEP, Segments};
+use bytemuck::Zeroable;
 use fovol_core::{
-    Camera, ClipBox, ClipPlanes, FrameSize, Grid, Integration, Interpolation, Light, RayMode, Region, Scene,
-    Shading, ShadowMode, TransferFunction,
+    Camera, ClipBox, FrameSize, Grid, Integration, Interpolation, Light, RayMode, Region, Scene, Shading,
+    ShadowMode, TransferFunction,
 };
 use fovol_gpu::Gpu;
 use fovol_gpu::binding::bind_group;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
-
-/// Uniforms of a scene. Twin of `Scene` in shaders/scene.wgsl.
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct SceneNumbers {
-    last: [f32; 3],
-    delta: f32,
-    to_voxels: [f32; 3],
-    scale: f32,
-    background: [f32; 3],
-    ambient: f32,
-    light_delta: [f32; 3],
-    cell_shift: u32,
-    light_exit: [f32; 3],
-    extinction_unit: f32,
-    light_inverse: [f32; 3],
-    last_entry: u32,
-    light_direction: [f32; 3],
-    bin_bits: u32,
-    box_low: [f32; 3],
-    iso: f32,
-    box_high: [f32; 3],
-    unused: u32,
-    planes: [[f32; 4]; ClipPlanes::MOST],
-    light_planes: [[f32; 4]; ClipPlanes::MOST],
-    columns: ColumnNumbers,
-}
 
 /// A scene on the device.
 #[derive(Debug)]
@@ -67,7 +41,7 @@ impl DeviceScene {
     /// # Errors
     /// Numbers of the scene that cannot be rendered with, a device that is lost or has no memory left.
     pub fn set(&mut self, scene: &Scene, shadows: &ShadowGridPass) -> Result<()> {
-        check(scene)?;
+        scene.check()?;
         if self.contents.change(scene) {
             self.group = self.contents.bind(shadows)?;
         }
@@ -129,15 +103,6 @@ impl DeviceScene {
     }
 }
 
-/// Checks that `scene` can be rendered on a GPU: its numbers are valid, and it shows one volume without colours of its own.
-fn check(scene: &Scene) -> Result<()> {
-    scene.check()?;
-    if scene.is_layered() {
-        return Err(Error::Layers);
-    }
-    Ok(())
-}
-
 /// Sources of a grid of shadows, besides the volume. No step changes it.
 #[derive(Debug, Clone, PartialEq)]
 struct GridSource {
@@ -145,6 +110,7 @@ struct GridSource {
     clip: ClipBox,
     transfer: TransferFunction,
     interpolation: Interpolation,
+    others: LayerLooks,
     skip_empty: bool,
 }
 
@@ -156,6 +122,7 @@ pub struct Contents {
     grid: Grid,
     clip: ClipBox,
     volume: VolumeTexture,
+    layers: Layers,
     /// The factor from texels to display values.
     value_scale: f32,
     has_gaps: bool,
@@ -179,25 +146,29 @@ pub struct Contents {
 }
 
 impl Contents {
-    /// Uploads the volume of `scene`.
+    /// Uploads the volumes of `scene`.
     ///
     /// # Errors
     /// Numbers of the scene that cannot be rendered with, a volume that exceeds the device's limits or memory.
     pub fn new(gpu: &Gpu, scene: &Scene, filtering: Filtering) -> Result<Self> {
-        check(scene)?;
+        scene.check()?;
         // Bricks are freed after the upload.
         let bricks = Bricks::of_volume(&scene.volume).map_err(fovol_core::Error::from)?;
-        let mut cells = Macrocells::new(&bricks).map_err(fovol_core::Error::from)?;
-        cells.classify(&scene.transfer_function, scene.mode);
+        let cells = Macrocells::new(&bricks).map_err(fovol_core::Error::from)?;
+        // Shaders of several volumes interpolate voxels themselves.
+        let filtering = if scene.is_layered() { Filtering::Exact } else { filtering };
         let volume = VolumeTexture::new(gpu, &bricks, filtering)?;
-        Ok(Self {
+        let layers = Layers::new(gpu, scene)?;
+        let layering = layers.layering(bricks.has_gaps(), scene.interpolation);
+        let mut contents = Self {
             gpu: gpu.clone(),
-            layout: gpu.guarded("uploading the scene", || scene_layout(gpu, volume.kind()))?,
+            layout: gpu.guarded("uploading the scene", || scene_layout(gpu, volume.kind(), layering))?,
             grid: *scene.volume.grid(),
             clip: scene.clip_box(),
             value_scale: bricks.scale() * volume.unit(),
             has_gaps: bricks.has_gaps(),
             volume,
+            layers,
             cells,
             skip_empty: true,
             has_columns: false,
@@ -211,17 +182,24 @@ impl Contents {
             integration: scene.marching_integration(),
             interpolation: scene.interpolation,
             mode: scene.mode,
-        })
+        };
+        contents.classify();
+        Ok(contents)
     }
 
-    /// Takes over all of `scene` but its volume; returns whether anything changed.
+    /// Finds what is empty.
+    fn classify(&mut self) {
+        self.cells.classify_with(&self.transfer, self.mode, self.layers.cells());
+    }
+
+    /// Takes over all of `scene` but its volumes; returns whether anything changed.
     fn change(&mut self, scene: &Scene) -> bool {
-        let recoloured = self.transfer != scene.transfer_function;
+        let recoloured = self.layers.change(scene) || self.transfer != scene.transfer_function;
         let is_other_mode = self.mode != scene.mode;
         if recoloured || is_other_mode {
             self.transfer = scene.transfer_function.clone();
             self.mode = scene.mode;
-            self.cells.classify(&self.transfer, self.mode);
+            self.classify();
         }
         let integration = (self.integration, self.interpolation);
         let before = (self.shading, self.background, self.step, integration, self.clip);
@@ -237,6 +215,11 @@ impl Contents {
         self.volume.kind()
     }
 
+    /// The volumes and their colours.
+    pub fn layering(&self) -> Layering {
+        self.layers.layering(self.has_gaps, self.interpolation)
+    }
+
     fn kind(&self) -> SceneKind {
         let skip = self.skip_empty && !self.cells.is_dense();
         SceneKind {
@@ -248,6 +231,7 @@ impl Contents {
             integration: self.integration,
             interpolation: self.interpolation,
             mode: self.mode.into(),
+            layers: self.layering(),
         }
     }
 
@@ -283,6 +267,7 @@ impl Contents {
             clip: self.clip,
             transfer: self.transfer.clone(),
             interpolation: self.interpolation,
+            others: self.layers.looks(),
             skip_empty: self.skip_empty,
         };
         if let Some((_, grid)) = self.shadow_grid.as_ref().filter(|(known, _)| *known == source) {
@@ -314,7 +299,8 @@ impl Contents {
             [self.volume.texture(), &resources.distances, shadow_grid, &resources.column_words].map(view);
         let [volume, distances, shadow_grid, column_words] =
             textures.each_ref().map(wgpu::BindingResource::TextureView);
-        let bindings = [
+        let others = self.layers.textures().map(view);
+        let mut bindings = vec![
             resources.numbers.as_entire_binding(),
             volume,
             distances,
@@ -325,10 +311,14 @@ impl Contents {
             resources.extinction.as_entire_binding(),
             column_words,
         ];
+        if self.layering().are_blended() {
+            bindings.push(resources.layers.as_entire_binding());
+            bindings.extend(others.iter().map(wgpu::BindingResource::TextureView));
+        }
         bind_group(&self.gpu, "scene", &self.layout, &bindings)
     }
 
-    fn numbers(&self, table: &TransferTable, (extinction_unit, bin_bits): (f32, u32)) -> SceneNumbers {
+    fn numbers(&self, tables: &Tables) -> SceneNumbers {
         let light = self.light_path();
         let delta = self.step * self.grid.smallest_voxel();
         let [box_low, box_high] = self.clip.in_voxels();
@@ -336,15 +326,15 @@ impl Contents {
             last: self.grid.dims().map(|d| (d - 1) as f32),
             delta: delta as f32,
             to_voxels: self.grid.voxel_size().recip().as_vec3().to_array(),
-            scale: self.value_scale * table.scale(),
+            scale: self.value_scale * tables.scale,
             background: self.background.map(|c| c as f32),
             ambient: self.shading.ambient as f32,
             light_delta: light.delta,
             cell_shift: self.cells.shift(),
             light_exit: light.exit,
-            extinction_unit,
-            bin_bits,
-            last_entry: table.last() as u32,
+            extinction_unit: tables.extinction_unit,
+            bin_bits: tables.bin_bits,
+            last_entry: tables.last as u32,
             // Shaders need not know infinity.
             light_inverse: light.inverse.map(|i| if i.is_finite() { i } else { 0.0 }),
             light_direction: self.shading.light.direction().as_vec3().to_array(),
@@ -355,20 +345,10 @@ impl Contents {
                 0.0,
             ),
             light_planes: padded(light.planes.as_slice().iter().copied(), FAR),
-            iso: if let RayMode::Isosurface(iso) = self.mode { iso * table.scale() } else { 0.0 },
+            iso: if let RayMode::Isosurface(iso) = self.mode { iso * tables.scale } else { 0.0 },
             ..SceneNumbers::zeroed()
         }
     }
-}
-
-/// Steps to planes that light never crosses.
-const FAR: f32 = 1e30;
-
-/// `planes`, and up to the most that there may be others with the constant `otherwise`.
-fn padded(planes: impl Iterator<Item = [f32; 4]>, otherwise: f32) -> [[f32; 4]; ClipPlanes::MOST] {
-    let mut all = [[0.0, 0.0, 0.0, otherwise]; ClipPlanes::MOST];
-    all.iter_mut().zip(planes).for_each(|(to, plane)| *to = plane);
-    all
 }
 
 /// The buffers and textures that change with the transfer function and the light.
@@ -380,6 +360,7 @@ struct Resources {
     linear: wgpu::Sampler,
     extinction: wgpu::Buffer,
     column_words: wgpu::Texture,
+    layers: wgpu::Buffer,
 }
 
 impl Resources {
@@ -387,48 +368,23 @@ impl Resources {
         let gpu = &contents.gpu;
         // Projections take the opacity of one voxel.
         let step = if contents.mode.is_projection() { 1.0 } else { contents.step };
-        let table = TransferTable::new(&contents.transfer, step);
+        let tables = Tables::new(&contents.transfer, (step, contents.integration), &contents.layers);
         let cells = &contents.cells;
         let distances =
             texture(gpu, "distances", cells.cells(), TextureFormat::R8Uint, TextureUsages::COPY_DST);
         let count = cells.cells().iter().product();
         write_slices(gpu, &distances, 0, &cells.distances()[..count]);
-        let (scales, extinction) = match contents.integration {
-            // A buffer that nobody reads.
-            Integration::Plain => ((0.0, 0), vec![0]),
-            Integration::Fine => {
-                let extinction = ExtinctionTable::new(&contents.transfer, &table, contents.step);
-                let entries = extinction.entries.iter().flatten().copied();
-                (
-                    (extinction.unit, extinction.bin_bits),
-                    entries.chain(extinction.colours.iter().copied()).collect::<Vec<u32>>(),
-                )
-            }
-        };
-        let numbers =
-            SceneNumbers { columns: ColumnNumbers::new(columns), ..contents.numbers(&table, scales) };
+        let numbers = SceneNumbers { columns: ColumnNumbers::new(columns), ..contents.numbers(&tables) };
+        let table = |label: &str, bytes: &[u8]| filled_buffer(gpu, label, BufferUsages::STORAGE, bytes);
+        let uniform = |label: &str, bytes: &[u8]| filled_buffer(gpu, label, BufferUsages::UNIFORM, bytes);
         Self {
-            numbers: filled_buffer(gpu, "scene", BufferUsages::UNIFORM, bytemuck::bytes_of(&numbers)),
+            numbers: uniform("scene", bytemuck::bytes_of(&numbers)),
             distances,
-            appearance: filled_buffer(
-                gpu,
-                "appearance",
-                BufferUsages::STORAGE,
-                bytemuck::cast_slice(&table.appearance),
-            ),
-            shadow_alpha: filled_buffer(
-                gpu,
-                "shadow opacities",
-                BufferUsages::STORAGE,
-                bytemuck::cast_slice(&table.shadow_alpha),
-            ),
-            extinction: filled_buffer(
-                gpu,
-                "extinction",
-                BufferUsages::STORAGE,
-                bytemuck::cast_slice(&extinction),
-            ),
+            appearance: table("appearance", bytemuck::cast_slice(&tables.appearance)),
+            shadow_alpha: table("shadow opacities", bytemuck::cast_slice(&tables.shadow_alpha)),
+            extinction: table("extinction", bytemuck::cast_slice(&tables.extinction)),
             column_words: light_columns::words(gpu, columns),
+            layers: uniform("layers", bytemuck::cast_slice(&tables.layers)),
             linear: gpu.device().create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("linear"),
                 mag_filter: wgpu::FilterMode::Linear,
@@ -448,44 +404,4 @@ fn filled_buffer(gpu: &Gpu, label: &str, usage: BufferUsages, bytes: &[u8]) -> w
     });
     gpu.queue().write_buffer(&buffer, 0, bytes);
     buffer
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::gpu::shader::{MARCH, MARCH_FILTERED};
-    use fovol_gpu::assert_twins;
-
-    #[test]
-    fn shaders_read_the_same_struct() {
-        for shader in [MARCH, MARCH_FILTERED] {
-            assert_twins!(
-                shader,
-                "Scene",
-                SceneNumbers {
-                    last,
-                    delta,
-                    to_voxels,
-                    scale,
-                    background,
-                    ambient,
-                    light_delta,
-                    cell_shift,
-                    light_exit,
-                    extinction_unit,
-                    light_inverse,
-                    last_entry,
-                    light_direction,
-                    bin_bits,
-                    box_low,
-                    iso,
-                    box_high,
-                    unused,
-                    planes,
-                    light_planes,
-                    columns
-                }
-            );
-        }
-    }
 }

@@ -1,3 +1,4 @@
+use super::layers::{Layering, TEXTURES};
 use super::volume_texture::TexelKind;
 use fovol_core::{Integration, Interpolation, RayMode};
 use fovol_gpu::Gpu;
@@ -22,6 +23,8 @@ pub struct SceneKind {
     pub interpolation: Interpolation,
     /// Values along rays that pixels show.
     pub mode: ModeKind,
+    /// Its volumes and their colours.
+    pub layers: Layering,
 }
 
 /// Values along rays that pixels show, as in shaders/modes.wgsl.
@@ -60,13 +63,19 @@ impl SceneKind {
         if let TexelKind::Stored { corners, floats } = self.texels {
             constants.extend([("CORNERS", number(corners)), ("FLOATS", number(floats))]);
         }
+        constants.extend(self.layers.constants());
         constants
     }
 }
 
-/// The layout of the bind group of a scene with such texels.
-pub fn scene_layout(gpu: &Gpu, texels: TexelKind) -> wgpu::BindGroupLayout {
+/// The layout of the bind group of a scene with such texels and layers.
+pub fn scene_layout(gpu: &Gpu, texels: TexelKind, layers: Layering) -> wgpu::BindGroupLayout {
     use Slot::{Filtered, Read, Sampler, Uniform, Whole};
     let volume = if texels == TexelKind::Filtered { Filtered } else { Whole };
-    bind_group_layout(gpu, "scene", &[Uniform, volume, Whole, Read, Read, Filtered, Sampler, Read, Whole])
+    let mut slots = vec![Uniform, volume, Whole, Read, Read, Filtered, Sampler, Read, Whole];
+    if layers.are_blended() {
+        slots.push(Uniform);
+        slots.extend([Whole; TEXTURES]);
+    }
+    bind_group_layout(gpu, "scene", &slots)
 }

@@ -10,37 +10,42 @@ pub const ADAPTIVE_MASK: Shader =
 /// Packs the sampled pixels into a list.
 pub const COMPACT: Shader = shader!("../shaders/", "compact": "frame" "inclusive_sum");
 /// Marches rays; the shader interpolates voxels.
-pub const MARCH: Shader = shader!("../shaders/", "march": "frame" "random" "scene" "field" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "few_shadow_rays" "ray" "modes" "fine" "fine_march");
+pub const MARCH: Shader = shader!("../shaders/", "march": "frame" "random" "scene" "field" "medium" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "few_shadow_rays" "ray" "modes" "fine" "fine_march");
 /// Marches rays; texture samplers interpolate voxels.
-pub const MARCH_FILTERED: Shader = shader!("../shaders/", "march": "frame" "random" "scene" "field_filtered" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "few_shadow_rays" "ray" "modes" "fine" "fine_march");
+pub const MARCH_FILTERED: Shader = shader!("../shaders/", "march": "frame" "random" "scene" "field_filtered" "medium" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "few_shadow_rays" "ray" "modes" "fine" "fine_march");
+/// Marches rays through several volumes, or voxels with colours.
+pub const MARCH_LAYERED: Shader = shader!("../shaders/", "march": "frame" "random" "scene" "field" "layers" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "few_shadow_rays" "ray" "modes" "fine" "fine_march");
 /// Marches rays by workgroups; the shader interpolates voxels.
-pub const POOL: Shader = shader!("../shaders/", "pool": "frame" "scene" "field" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "pool_rays" "pool_plain");
+pub const POOL: Shader = shader!("../shaders/", "pool": "frame" "scene" "field" "medium" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "pool_rays" "pool_plain");
 /// Marches rays by workgroups; texture samplers interpolate voxels.
-pub const POOL_FILTERED: Shader = shader!("../shaders/", "pool": "frame" "scene" "field_filtered" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "pool_rays" "pool_plain");
+pub const POOL_FILTERED: Shader = shader!("../shaders/", "pool": "frame" "scene" "field_filtered" "medium" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "pool_rays" "pool_plain");
 /// Marches rays by workgroups with fine integration; the shader interpolates voxels.
-pub const POOL_FINE: Shader = shader!("../shaders/", "pool": "frame" "scene" "field" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "fine" "pool_rays" "pool_fine");
+pub const POOL_FINE: Shader = shader!("../shaders/", "pool": "frame" "scene" "field" "medium" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "fine" "pool_rays" "pool_fine");
 /// Marches rays by workgroups with fine integration; texture samplers interpolate voxels.
-pub const POOL_FINE_FILTERED: Shader = shader!("../shaders/", "pool": "frame" "scene" "field_filtered" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "fine" "pool_rays" "pool_fine");
+pub const POOL_FINE_FILTERED: Shader = shader!("../shaders/", "pool": "frame" "scene" "field_filtered" "medium" "skip" "segment" "light_columns" "shadow_rays" "shadow_lookup" "ray" "fine" "pool_rays" "pool_fine");
 /// Scatters packed samples into a sparse frame.
 pub const SCATTER: Shader = shader!("../shaders/", "scatter": "frame");
 /// Fills the shadow grid with transmittance; the shader interpolates voxels.
 pub const SHADOW_GRID: Shader =
-    shader!("../shaders/", "shadow_grid": "scene" "field" "skip" "light_columns" "shadow_rays");
+    shader!("../shaders/", "shadow_grid": "scene" "field" "medium" "skip" "light_columns" "shadow_rays");
 /// Fills the shadow grid with transmittance; texture samplers interpolate voxels.
-pub const SHADOW_GRID_FILTERED: Shader =
-    shader!("../shaders/", "shadow_grid": "scene" "field_filtered" "skip" "light_columns" "shadow_rays");
+pub const SHADOW_GRID_FILTERED: Shader = shader!("../shaders/", "shadow_grid": "scene" "field_filtered" "medium" "skip" "light_columns" "shadow_rays");
+/// Fills the shadow grid with transmittance through several volumes, or voxels with colours.
+pub const SHADOW_GRID_LAYERED: Shader =
+    shader!("../shaders/", "shadow_grid": "scene" "field" "layers" "skip" "light_columns" "shadow_rays");
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use wgpu::naga::valid::Capabilities;
 
-    const ALL: [Shader; 12] = [
+    const ALL: [Shader; 14] = [
         MASK,
         ADAPTIVE_MASK,
         COMPACT,
         MARCH,
         MARCH_FILTERED,
+        MARCH_LAYERED,
         POOL,
         POOL_FILTERED,
         POOL_FINE,
@@ -48,6 +53,7 @@ mod tests {
         SCATTER,
         SHADOW_GRID,
         SHADOW_GRID_FILTERED,
+        SHADOW_GRID_LAYERED,
     ];
 
     #[test]

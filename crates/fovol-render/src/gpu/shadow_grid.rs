@@ -1,5 +1,6 @@
+use super::layers::Layering;
 use super::scene_kind::{SceneKind, scene_layout};
-use super::shader::{SHADOW_GRID, SHADOW_GRID_FILTERED};
+use super::shader::{SHADOW_GRID, SHADOW_GRID_FILTERED, SHADOW_GRID_LAYERED};
 use super::texture::texture;
 use super::volume_texture::TexelKind;
 use crate::scene::LightSlices;
@@ -61,11 +62,11 @@ pub struct ShadowGridPass {
 }
 
 impl ShadowGridPass {
-    /// The pass on the device of `gpu`, for volumes of such texels.
-    pub fn new(gpu: &Gpu, texels: TexelKind) -> Self {
+    /// The pass on the device of `gpu`, for volumes of such texels and layers.
+    pub fn new(gpu: &Gpu, texels: TexelKind, layers: Layering) -> Self {
         let slots = [Slot::Uniform, Slot::Write, Slot::Write, Slot::Stored, Slot::Uniform];
         let layout = bind_group_layout(gpu, "shadow grid", &slots);
-        Self { layout, scene_layout: scene_layout(gpu, texels) }
+        Self { layout, scene_layout: scene_layout(gpu, texels, layers) }
     }
 
     /// Sweeps light through the `slices` of the volume of `dims` voxels in `scene`.
@@ -80,21 +81,26 @@ impl ShadowGridPass {
         (slices, dims): (&LightSlices, [usize; 3]),
     ) -> Result<wgpu::Texture> {
         let [rows, along] = slices.columns().map(|[first, last]| (last - first + 1) as u64);
-        let bytes = 16 * rows * along;
+        // Entries of further volumes take as much room again.
+        let bytes = 16 * rows * along * if kind.layers.volumes > 1 { 2 } else { 1 };
         let limit = gpu.device().limits().max_storage_buffer_binding_size;
         let mend = "average its voxels with --downsample 2 (or more), or use --shadows on";
         let limit = ("maxStorageBufferBindingSize", limit);
         GpuError::check_limit("light on its way through the volume", bytes, limit, mend)?;
         gpu.guarded("filling the grid of shadows", || {
             let layouts = [&self.scene_layout, &self.layout];
-            let shader = if kind.texels == TexelKind::Filtered { SHADOW_GRID_FILTERED } else { SHADOW_GRID };
+            let shader = match kind.texels {
+                _ if kind.layers.are_blended() => SHADOW_GRID_LAYERED,
+                TexelKind::Filtered => SHADOW_GRID_FILTERED,
+                TexelKind::Stored { .. } => SHADOW_GRID,
+            };
             let constants = kind.constants();
             let pipeline = |entry_point| compute_pipeline(gpu, &shader, entry_point, &layouts, &constants);
             let [cross, keep] = ["cross", "keep"].map(pipeline);
             let grid = shadow_texture(gpu, dims);
             let columns =
                 gpu.buffer("columns of light", bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST);
-            let light = [1.0f32, 1.0, -1.0, 0.0].repeat((rows * along) as usize);
+            let light = [1.0f32, 1.0, -1.0, 0.0].repeat((bytes / 16) as usize);
             gpu.queue().write_buffer(&columns, 0, bytemuck::cast_slice(&light));
             let lights = gpu.buffer("light of slices", bytes, BufferUsages::STORAGE);
             let uniforms: Vec<wgpu::Buffer> =

@@ -1,6 +1,7 @@
 use super::adaptive_mask::AdaptiveMaskPass;
 use super::buffers::{Buffers, Groups};
 use super::compact::CompactPass;
+use super::layers::Layering;
 use super::march::MarchPass;
 use super::mask::MaskPass;
 use super::scatter::ScatterPass;
@@ -20,15 +21,15 @@ pub struct Stages {
 }
 
 impl Stages {
-    /// Makes the pipelines for volumes of these texels.
-    pub fn new(gpu: &Gpu, texels: TexelKind) -> Self {
+    /// Makes the pipelines for volumes of these texels and layers.
+    pub fn new(gpu: &Gpu, texels: TexelKind, layers: Layering) -> Self {
         Self {
             mask: MaskPass::new(gpu),
             adaptive_mask: AdaptiveMaskPass::new(gpu),
             compact: CompactPass::new(gpu),
-            march: MarchPass::new(gpu, texels),
+            march: MarchPass::new(gpu, texels, layers),
             scatter: ScatterPass::new(gpu),
-            shadow_grid: ShadowGridPass::new(gpu, texels),
+            shadow_grid: ShadowGridPass::new(gpu, texels, layers),
         }
     }
 

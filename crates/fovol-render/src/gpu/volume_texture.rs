@@ -44,16 +44,33 @@ impl VolumeTexture {
     /// # Errors
     /// A volume with more voxels along an axis than the device's textures have texels; a device out of memory.
     pub fn new(gpu: &Gpu, bricks: &Bricks, wanted: Filtering) -> Result<Self> {
-        let layout = bricks.layout();
-        check_dims(gpu, layout.dims)?;
         let filtered = (wanted == Filtering::Hardware).then(|| filtered(gpu, bricks.data())).flatten();
-        let (kind, format, unit) = match filtered {
-            Some((format, unit)) => (TexelKind::Filtered, format, unit),
+        match filtered {
+            Some((format, unit)) => Self::with_texels(gpu, bricks, (TexelKind::Filtered, format, unit)),
             None => {
                 let (corners, floats) = stored(bricks);
-                (TexelKind::Stored { corners, floats }, format(bricks.data(), corners), 1.0)
+                let kind = TexelKind::Stored { corners, floats };
+                Self::with_texels(gpu, bricks, (kind, format(bricks.data(), corners), 1.0))
             }
-        };
+        }
+    }
+
+    /// The texture of `bricks` whose texels are single voxels.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_voxels(gpu: &Gpu, bricks: &Bricks) -> Result<Self> {
+        let kind = TexelKind::Stored { corners: false, floats: stored(bricks).1 };
+        Self::with_texels(gpu, bricks, (kind, format(bricks.data(), false), 1.0))
+    }
+
+    fn with_texels(
+        gpu: &Gpu,
+        bricks: &Bricks,
+        (kind, format, unit): (TexelKind, TextureFormat, f32),
+    ) -> Result<Self> {
+        let layout = bricks.layout();
+        check_dims(gpu, layout.dims)?;
         let texture = gpu.guarded("making room for the volume", || {
             texture(gpu, "volume", layout.dims, format, TextureUsages::COPY_DST)
         })?;
@@ -90,6 +107,69 @@ impl VolumeTexture {
     }
 }
 
+/// Red, green and blue of voxels in a 3-D texture: bytes if all are, else the bits of f32.
+#[derive(Debug)]
+pub struct ColourTexture {
+    texture: wgpu::Texture,
+    are_floats: bool,
+    scale: [f32; 3],
+}
+
+impl ColourTexture {
+    /// The texture of `colours`, which have the same layout if they are bytes.
+    ///
+    /// # Errors
+    /// As [`VolumeTexture::new`].
+    pub fn new(gpu: &Gpu, colours: &[Bricks; 3]) -> Result<Self> {
+        let dims = colours[0].layout().dims;
+        check_dims(gpu, dims)?;
+        let are_floats = !colours.iter().all(is_of_bytes);
+        let format = if are_floats { TextureFormat::Rgba32Uint } else { TextureFormat::Rgba8Uint };
+        let texture = gpu.guarded("making room for the colours", || {
+            texture(gpu, "colours", dims, format, TextureUsages::COPY_DST)
+        })?;
+        gpu.guarded("uploading the colours", || {
+            if are_floats {
+                upload(gpu, &texture, dims, |voxel| {
+                    let [r, g, b] = colours.each_ref().map(|channel| shown(channel.voxel(voxel)).to_bits());
+                    [r, g, b, 0]
+                });
+            } else {
+                upload(gpu, &texture, dims, |voxel| {
+                    let [r, g, b] = colours.each_ref().map(|channel| channel.stored_voxel(voxel) as u8);
+                    [r, g, b, 0]
+                });
+            }
+        })?;
+        let scale = if are_floats { [1.0; 3] } else { colours.each_ref().map(Bricks::scale) };
+        Ok(Self { texture, are_floats, scale })
+    }
+
+    /// The texture.
+    pub fn texture(&self) -> &wgpu::Texture {
+        &self.texture
+    }
+
+    /// Whether texels are the bits of f32.
+    pub fn are_floats(&self) -> bool {
+        self.are_floats
+    }
+
+    /// The factors from texels to 0…1.
+    pub fn scale(&self) -> [f32; 3] {
+        self.scale
+    }
+}
+
+fn is_of_bytes(bricks: &Bricks) -> bool {
+    matches!(bricks.data(), BrickData::Corners(_) | BrickData::U8(_))
+}
+
+/// A colour that is NaN is shown at its brightest, as the CPU shows it.
+fn shown(channel: f32) -> f32 {
+    if channel.is_nan() { 1.0 } else { channel }
+}
+
 /// The format at which samplers of the device filter `data`, and the stored value that a texel of 1 stands for.
 fn filtered(gpu: &Gpu, data: &BrickData) -> Option<(TextureFormat, f32)> {
     let has = |feature: Features| gpu.device().features().contains(feature);
@@ -117,10 +197,10 @@ fn stored(bricks: &Bricks) -> (bool, bool) {
 
 fn format(data: &BrickData, corners: bool) -> TextureFormat {
     match (data, corners) {
-        (BrickData::Corners(_), _) | (BrickData::U8(_), true) => TextureFormat::Rgba8Uint,
+        (BrickData::Corners(_) | BrickData::U8(_), true) => TextureFormat::Rgba8Uint,
         (BrickData::U16(_), true) => TextureFormat::Rgba16Uint,
         (BrickData::F32(_) | BrickData::Gaps(_), true) => TextureFormat::Rgba32Uint,
-        (BrickData::U8(_), false) => TextureFormat::R8Uint,
+        (BrickData::Corners(_) | BrickData::U8(_), false) => TextureFormat::R8Uint,
         (BrickData::U16(_), false) => TextureFormat::R16Uint,
         (BrickData::F32(_) | BrickData::Gaps(_), false) => TextureFormat::R32Uint,
     }

@@ -158,6 +158,12 @@ impl Bricks {
         self.stored(self.layout.index(voxel), [0, 0]) * self.scale
     }
 
+    /// The stored value of voxel (x, y, z), [`Self::scale`] times which is its display value.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn stored_voxel(&self, voxel: [usize; 3]) -> f32 {
+        self.stored(self.layout.index(voxel), [0, 0])
+    }
+
     /// The display value at `p`, continuous voxel-centre coordinates (voxel *i* at *i*), clamped to the edge.
     ///
     /// A trilinear value is NaN where one of the eight voxels around it is, whatever its weight.

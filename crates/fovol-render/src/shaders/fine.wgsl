@@ -4,12 +4,11 @@
 /// Whether rays integrate between samples.
 override FINE: bool = false;
 
-/// Two tables, one after the other.
-///
-/// The first has two words for each entry of the transfer table, NaN last: the integral of extinction up to the entry, and the
-/// bits of its extinction. Both are in units of `scene.extinction_unit`. The second has the packed colours between any two of
-/// 256 bins of values, and the colour of NaN.
-@group(0) @binding(7) var<storage, read> extinction: array<u32>;
+// `extinction` has two tables, one after the other.
+//
+// The first has two words for each entry of the transfer table, NaN last: the integral of extinction up to the entry, and the
+// bits of its extinction. Both are in units of `scene.extinction_unit`. The second has the packed colours between any two of
+// 256 bins of values, and the colour of NaN.
 
 /// Bins that colours are tabulated for.
 const COLOURS: u32 = 256;

@@ -36,7 +36,7 @@ fn march_with(segment: Segment, few: ptr<function, FewShadowRays>) -> RayResult 
                 continue;
             }
         }
-        let looks = appearance[entry(field(p))];
+        let looks = look_at(p);
         let alpha = bitcast<f32>(looks.x);
         if alpha > 0.0 {
             let weight = cover(&sums, k, alpha);

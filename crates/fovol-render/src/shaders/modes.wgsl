@@ -10,10 +10,12 @@ const ISOSURFACE: u32 = 4;
 
 /// Number of times that the part of a ray in which it crosses an isosurface is halved.
 const HALVINGS: u32 = 10;
+/// Least transparency of an opaque volume, so that extinctions stay finite.
+const CLEAREST: f32 = 1e-6;
 
-/// Whether the value `found` of the field is NaN.
-fn is_gap(found: f32) -> bool {
-    return GAPS && found > f32(scene.last_entry) + 0.5;
+/// Whether the value `found` of volume `n` is NaN.
+fn is_gap(n: u32, found: f32) -> bool {
+    return has_gaps_of(n) && found > f32(last_entry_of(n)) + 0.5;
 }
 
 /// Result of the ray of `segment` where it shows nothing.
@@ -21,9 +23,10 @@ fn nothing() -> RayResult {
     return RayResult(scene.background, vec3f(0.0), 0.0, 0.0);
 }
 
-/// Result of the ray of `segment` that shows the value `shown` of sample `number`. Opacities of the table are those of one voxel.
-fn projected(segment: Segment, shown: f32, number: f32) -> RayResult {
-    let looks = appearance[entry(shown)];
+/// Result of the ray of `segment` that shows the value `shown` of volume `n` at sample `number`. Opacities of the table are those
+/// of one voxel.
+fn projected(segment: Segment, n: u32, shown: f32, number: f32) -> RayResult {
+    let looks = appearance[table_of(n) + entry(shown)];
     let opacity = bitcast<f32>(looks.x);
     if opacity == 0.0 {
         return nothing();
@@ -33,8 +36,8 @@ fn projected(segment: Segment, shown: f32, number: f32) -> RayResult {
     return RayResult(colour, unshadowed, opacity, 1.0 / fma(number, scene.delta, segment.distance));
 }
 
-/// Shows the greatest, least or mean value along the ray of `segment`. NaN counts only where there is nothing else.
-fn projection_march(segment: Segment) -> RayResult {
+/// Shows the greatest, least or mean value of volume `n` along the ray of `segment`. NaN counts only where there is nothing else.
+fn projection_of(segment: Segment, n: u32) -> RayResult {
     let inverse = inverse_of(segment.delta);
     var shown = 0.0;
     var number = 0.0;
@@ -53,8 +56,8 @@ fn projection_march(segment: Segment) -> RayResult {
                 continue;
             }
         }
-        let value = field(p);
-        if is_gap(value) {
+        let value = field_of(n, p);
+        if is_gap(n, value) {
             has_gap = true;
         } else {
             count += 1.0;
@@ -70,14 +73,44 @@ fn projection_march(segment: Segment) -> RayResult {
     }
     if count == 0.0 {
         if has_gap {
-            return projected(segment, f32(scene.last_entry + 1u), 0.0);
+            return projected(segment, n, f32(last_entry_of(n) + 1u), 0.0);
         }
         return nothing();
     }
     if MODE == AVERAGE {
-        return projected(segment, shown / count, number / count);
+        return projected(segment, n, shown / count, number / count);
     }
-    return projected(segment, shown, number);
+    return projected(segment, n, shown, number);
+}
+
+/// Projects each volume on its own and blends what they show: opacities add as extinctions, colours weigh by their extinction.
+/// The depth is that of the most opaque volume. Twin of `blended_results` in scene/blend.rs.
+fn projection_march(segment: Segment) -> RayResult {
+    var shown = projection_of(segment, 0u);
+    if VOLUMES == 1u {
+        return shown;
+    }
+    var sums = vec3f(0.0);
+    var whole = 0.0;
+    var clear = 1.0;
+    for (var n = 0u; n < VOLUMES; n += 1u) {
+        let own = projection_of(segment, n);
+        if own.opacity > 0.0 {
+            let weight = -log(max(1.0 - own.opacity, CLEAREST));
+            sums += weight / own.opacity * own.unshadowed;
+            whole += weight;
+            clear *= 1.0 - own.opacity;
+        }
+        if own.opacity >= shown.opacity {
+            shown = own;
+        }
+    }
+    if whole == 0.0 {
+        return nothing();
+    }
+    let opacity = 1.0 - clear;
+    let unshadowed = opacity / whole * sums;
+    return RayResult(unshadowed + clear * scene.background, unshadowed, opacity, shown.inverse_depth);
 }
 
 /// Number of the sample, with a fraction, at which the ray of `segment` crosses the surface after sample `before`.
@@ -100,7 +133,7 @@ fn is_surface_lit(p: vec3f, is_from_above: bool) -> bool {
     let way = way_out(p);
     for (var steps = SHADOW_START; steps < way; steps += 1.0) {
         let value = field(fma(vec3f(steps), scene.light_delta, p));
-        if !is_gap(value) && (value >= scene.iso) != is_from_above {
+        if !is_gap(0u, value) && (value >= scene.iso) != is_from_above {
             return false;
         }
     }
@@ -132,11 +165,11 @@ fn isosurface_march(segment: Segment) -> RayResult {
         }
         if has_jumped {
             before = field(fma(vec3f(k - 1.0), segment.delta, segment.start));
-            has_before = !is_gap(before);
+            has_before = !is_gap(0u, before);
             has_jumped = false;
         }
         let value = field(p);
-        let has_value = !is_gap(value);
+        let has_value = !is_gap(0u, value);
         if has_before && has_value && (before >= scene.iso) != (value >= scene.iso) {
             return surface_result(segment, k - 1.0, before >= scene.iso);
         }

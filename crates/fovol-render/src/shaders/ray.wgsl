@@ -36,25 +36,6 @@ struct RayResult {
     inverse_depth: f32,
 }
 
-/// |n·l| with n from central differences over ±1 voxel in world units. It is 1 where the gradient is zero, or unknown beside
-/// NaN.
-fn facing(p: vec3f) -> f32 {
-    let x = vec3f(1.0, 0.0, 0.0);
-    let y = vec3f(0.0, 1.0, 0.0);
-    let z = vec3f(0.0, 0.0, 1.0);
-    let after = vec3f(field(p + x), field(p + y), field(p + z));
-    let before = vec3f(field(p - x), field(p - y), field(p - z));
-    if GAPS && any(max(after, before) > vec3f(f32(scene.last_entry) + 0.5)) {
-        return 1.0;
-    }
-    let gradient = (after - before) * scene.to_voxels;
-    let steepness = length(gradient);
-    if steepness > 0.0 {
-        return abs(dot(gradient, scene.light_direction) / steepness);
-    }
-    return 1.0;
-}
-
 /// Factors of the colour at `p`, which the share `arriving` of the light reaches: ambient + (1 − ambient)·T·|n·l|, and the same
 /// without shadow rays.
 fn light_of(p: vec3f, arriving: f32) -> vec2f {
@@ -74,12 +55,6 @@ fn light(p: vec3f) -> vec2f {
         arriving = cached_transmittance(p);
     }
     return light_of(p, arriving);
-}
-
-/// Unpacks a colour of the transfer table.
-fn colour_of(bits: u32) -> vec3f {
-    let fields = vec3u(bits & 0x7FFu, bits >> 11u & 0x7FFu, bits >> 22u);
-    return vec3f(fields) * vec3f(1.0 / 2047.0, 1.0 / 2047.0, 1.0 / 1023.0);
 }
 
 /// Sums of a ray so far.

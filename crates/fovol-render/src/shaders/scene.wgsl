@@ -87,8 +87,16 @@ const NEVER: f32 = 1e30;
 /// For every entry of the transfer table the opacity for one shadow step.
 @group(0) @binding(4) var<storage, read> shadow_alpha: array<f32>;
 @group(0) @binding(6) var linear: sampler;
+/// Tables of fine integration; see fine.wgsl. With several volumes the bits of the extinction of every entry; see layers.wgsl.
+@group(0) @binding(7) var<storage, read> extinction: array<u32>;
 
 /// The entry of the transfer table nearest to `value`.
 fn entry(value: f32) -> u32 {
     return u32(value + 0.5);
+}
+
+/// Unpacks a colour of the transfer table.
+fn colour_of(bits: u32) -> vec3f {
+    let fields = vec3u(bits & 0x7FFu, bits >> 11u & 0x7FFu, bits >> 22u);
+    return vec3f(fields) * vec3f(1.0 / 2047.0, 1.0 / 2047.0, 1.0 / 1023.0);
 }

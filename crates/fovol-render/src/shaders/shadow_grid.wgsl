@@ -26,7 +26,8 @@ struct Slice {
 }
 
 @group(1) @binding(0) var<uniform> slice: Slice;
-/// Of each column the transmittance before the last slice, that of the last slice, and its entry in the transfer table.
+/// Of each column the transmittance before the last slice, that of the last slice, and its entry in the transfer table. Entries of
+/// further volumes follow those of all columns.
 @group(1) @binding(1) var<storage, read_write> columns: array<vec4f>;
 /// Light that comes to each column in a slice. There is room for four slices, by their voxels along z.
 @group(1) @binding(2) var<storage, read_write> lights: array<f32>;
@@ -56,9 +57,18 @@ fn is_inside(p: vec3f) -> bool {
     return inside;
 }
 
-/// Transmittance of `steps` slices at an entry, which may be that of NaN.
-fn through(number: f32, slices: f32) -> f32 {
-    return pow(1.0 - shadow_alpha[entry(number)], slices * slice.steps / SHADOW_STEP);
+/// Transmittance of `slices` slices at an entry of volume `n`, which may be that of NaN.
+fn through(n: u32, number: f32, slices: f32) -> f32 {
+    return pow(1.0 - shadow_alpha[table_of(n) + entry(number)], slices * slice.steps / SHADOW_STEP);
+}
+
+/// Entry of volume `n` where a shadow ray takes its first sample, between entry `here` and the one in the slice before.
+fn first_entry(n: u32, here: f32, beyond: f32) -> f32 {
+    let last = f32(last_entry_of(n)) + 0.5;
+    if has_gaps_of(n) && !is_nearest_of(n) && max(here, beyond) > last {
+        return last + 0.5;
+    }
+    return mix(here, beyond, select(slice.near, floor(slice.near + 0.5), is_nearest_of(n)));
 }
 
 @compute @workgroup_size(8, 8)
@@ -72,24 +82,32 @@ fn cross(@builtin(global_invocation_id) thread: vec3u) {
     p[slice.down] = f32(at.x) + slice.part.x;
     p[slice.along] = f32(at.y) + slice.part.y;
     let i = column_at(slice, at);
+    let more = number_of_columns() + i;
     let before = columns[i];
-    let here = field(p);
-    // A column that has crossed no slice has a negative entry.
-    let beyond = select(before.z, here, before.z < 0.0);
-    var first = mix(here, beyond, select(slice.near, floor(slice.near + 0.5), NEAREST));
-    let last = f32(scene.last_entry) + 0.5;
-    if GAPS && !NEAREST && max(here, beyond) > last {
-        first = last + 0.5;
+    var entries = vec4f(before.z, 0.0, 0.0, 0.0);
+    if VOLUMES > 1u {
+        entries = vec4f(before.z, columns[more].xyz);
     }
+    let is_first_lit = is_inside(p + slice.near * slice.steps * scene.light_delta);
+    let is_lit = is_inside(p);
     var light = before.x;
-    if is_inside(p + slice.near * slice.steps * scene.light_delta) {
-        light *= through(first, FIRST_STRETCH);
-    }
     var now = 1.0;
-    if is_inside(p) {
-        now = through(here, 1.0);
+    for (var n = 0u; n < VOLUMES; n += 1u) {
+        let here = field_of(n, p);
+        // A column that has crossed no slice has a negative entry.
+        let beyond = select(entries[n], here, before.z < 0.0);
+        if is_first_lit {
+            light *= through(n, first_entry(n, here, beyond), FIRST_STRETCH);
+        }
+        if is_lit {
+            now *= through(n, here, 1.0);
+        }
+        entries[n] = here;
     }
-    columns[i] = vec4f(before.x * before.y, now, here, 0.0);
+    columns[i] = vec4f(before.x * before.y, now, entries[0], 0.0);
+    if VOLUMES > 1u {
+        columns[more] = vec4f(entries.yzw, 0.0);
+    }
     lights[select(0u, slice.voxel % 4u, slice.deep == 2u) * number_of_columns() + i] = light;
 }
 

@@ -26,7 +26,7 @@ fn cached_transmittance(p: vec3f) -> f32 {
     let way = way_out(p);
     var transmittance = 1.0;
     if way > SHADOW_START {
-        transmittance -= shadow_alpha[entry(field(fma(vec3f(SHADOW_START), scene.light_delta, p)))];
+        transmittance -= shadow_alpha_of(fma(vec3f(SHADOW_START), scene.light_delta, p));
     }
     if way > SHADOW_START + SHADOW_STEP {
         transmittance *= grid_transmittance(fma(vec3f(SHADOW_STEP), scene.light_delta, p));

@@ -61,7 +61,7 @@ fn shadow_ray(p: vec3f) -> ShadowRay {
 
 /// α of sample `j` of the shadow ray of `p`.
 fn shadow_alpha_at(p: vec3f, j: f32) -> f32 {
-    return shadow_alpha[entry(field(fma(vec3f(fma(SHADOW_STEP, j, SHADOW_START)), scene.light_delta, p)))];
+    return shadow_alpha_of(fma(vec3f(fma(SHADOW_STEP, j, SHADOW_START)), scene.light_delta, p));
 }
 
 /// Takes a step; whether there was one to take.

@@ -18,8 +18,8 @@ mod view;
 
 use crate::volume::{isosurface_note, orientation_notes};
 use crate::{
-    Choice, CroppedVolume, Device, Error, Guide, Machine, OpenDevice, OpenVolume, RenderSettings, Result,
-    Sampling, SpeedSettings, WorldBox, scene,
+    Choice, CroppedVolume, Error, Guide, Machine, OpenDevice, OpenVolume, RenderSettings, Result, Sampling,
+    SpeedSettings, WorldBox, scene,
 };
 pub use camera_path::camera_path;
 use fovol_core::{Camera, Fovea, FrameSize, Region, SampleList, ShadowMode, keep_workers_spinning};
@@ -83,10 +83,8 @@ impl Pipeline {
         let cropped = CroppedVolume::new(volume, settings.crop)?;
         let world = WorldBox::new(&volume.volume, settings)?;
         let scene = cropped.of(scene(volume, settings)?);
-        let (device, note) = device_for(device, &scene, speed)?;
         estimate::fits_into_memory(&device, &scene, settings)?;
         let (marcher, mut notes) = threads.install(|| open_marcher(&device, &scene, settings, speed))?;
-        notes.extend(note);
         notes.extend(orientation_notes(&volume.volume, settings)?);
         notes.extend(isosurface_note(&volume.volume, settings));
         check_marcher(&*marcher, settings)?;
@@ -358,27 +356,6 @@ impl Pipeline {
     pub fn reset(&mut self) {
         self.marcher.reset();
         self.reconstruction.reset();
-    }
-}
-
-/// The device for `scene`: `device`, but the CPU for several volumes and coloured voxels; and a note if another was not asked for.
-///
-/// # Errors
-/// A GPU that was asked for and cannot show the scene.
-fn device_for(
-    device: OpenDevice,
-    scene: &fovol_core::Scene,
-    speed: &SpeedSettings,
-) -> Result<(OpenDevice, Option<String>)> {
-    if !scene.is_layered() || matches!(device, OpenDevice::Cpu) {
-        return Ok((device, None));
-    }
-    let what = "several volumes, and voxels with colours, are rendered on the processor";
-    match speed.device() {
-        Device::Auto => Ok((OpenDevice::Cpu, Some(what.to_owned()))),
-        _ => Err(Error::Setting(format!(
-            "{what}; leave out --device gpu, or show one volume and one component"
-        ))),
     }
 }
 
