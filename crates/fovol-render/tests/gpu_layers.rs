@@ -21,12 +21,14 @@ use scenes::{cameras, differences};
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn pictures_are_those_of_the_specification() {
     for (name, mut scene) in layered::scenes() {
-        for shadows in [ShadowMode::On, ShadowMode::Off, ShadowMode::Cached] {
-            for surface in [SurfaceShading::Flat, SurfaceShading::Gradient] {
-                scene.shading.shadows = shadows;
-                scene.shading.surface = surface;
-                agrees(&format!("{name} {shadows:?} {surface:?}"), &scene);
-            }
+        for (shadows, surface) in [
+            (ShadowMode::On, SurfaceShading::Gradient),
+            (ShadowMode::Off, SurfaceShading::Flat),
+            (ShadowMode::Cached, SurfaceShading::Flat),
+        ] {
+            scene.shading.shadows = shadows;
+            scene.shading.surface = surface;
+            agrees(&format!("{name} {shadows:?} {surface:?}"), &scene);
         }
     }
 }
@@ -47,8 +49,10 @@ fn agrees(name: &str, scene: &Scene) {
     let cpu = cpu::Renderer::new(scene, scalar).unwrap();
     let mut gpu = Renderer::new(&GPU, scene).unwrap();
     let mut buffers = gpu.frame_buffers(size).unwrap();
-    // The processor rounds the grid of shadows of each volume to 8 bits, and their product; the device rounds once.
-    let usual = if scene.shading.shadows == ShadowMode::Cached { 4.0 / 255.0 } else { 2.0 / 255.0 };
+    // The processor multiplies the transmittances of volumes at voxels, each rounded to 8 bits. The device multiplies them along
+    // columns of light, and interpolates and rounds once.
+    let is_cached = scene.shading.shadows == ShadowMode::Cached;
+    let [usual, rare] = if is_cached { [5.0, 12.0] } else { [2.0, 8.0] }.map(|levels| levels / 255.0);
     for camera in cameras() {
         let (expected, _) = cpu.march_full(&camera, size);
         for skip_empty in [false, true] {
@@ -56,7 +60,7 @@ fn agrees(name: &str, scene: &Scene) {
             let frame = full_frame(&gpu, &mut buffers, &camera);
             let (p999, most, mean) = differences(&expected, &frame);
             assert!(
-                p999 <= usual && most <= 8.0 / 255.0 && mean <= 2e-3,
+                p999 <= usual && most <= rare && mean <= 1e-3,
                 "{name} skip {skip_empty}: {p999} {most} {mean}"
             );
         }

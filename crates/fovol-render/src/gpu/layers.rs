@@ -86,7 +86,7 @@ pub struct Layers {
     none: wgpu::Texture,
 }
 
-/// What pictures of [`Layers`] depend on besides the voxels.
+/// Transfer functions and interpolations of further volumes.
 pub type LayerLooks = Vec<(TransferFunction, Interpolation)>;
 
 impl Layers {
