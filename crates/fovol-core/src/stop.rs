@@ -15,9 +15,14 @@ static ASKED: AtomicBool = AtomicBool::new(false);
 #[error("interrupted")]
 pub struct Stopped;
 
-/// Asks all work of this process to stop. This cannot be undone: the program is about to end.
+/// Asks all work of this process to stop: the program is about to end, or will [`withdraw`] the request.
 pub fn ask() {
     ASKED.store(true, Ordering::Release);
+}
+
+/// Takes the request back, in programs that go on after their work has ended.
+pub fn withdraw() {
+    ASKED.store(false, Ordering::Release);
 }
 
 /// Whether a stop was asked for.

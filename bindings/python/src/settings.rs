@@ -1,0 +1,26 @@
+//! Settings from JSON with the names of the command line's flags.
+
+use crate::errors::{raised, wrong};
+use fovolnet::{RenderOverrides, RenderSettings, VolumeSettings};
+use pyo3::PyResult;
+use serde::de::DeserializeOwned;
+
+/// Settings of pictures.
+pub fn of_pictures(json: &str) -> PyResult<RenderSettings> {
+    parsed::<RenderOverrides>(json)?.resolve().map_err(|error| raised(&error))
+}
+
+/// Settings for reading files.
+pub fn of_volumes(json: &str) -> PyResult<VolumeSettings> {
+    parsed(json)
+}
+
+/// What `json` holds; errors name the setting, as Python writes it.
+fn parsed<T: DeserializeOwned>(json: &str) -> PyResult<T> {
+    serde_path_to_error::deserialize(&mut serde_json::Deserializer::from_str(json)).map_err(|error| {
+        let name = error.path().to_string().replace('-', "_");
+        let text = error.inner().to_string();
+        let text = text.split(" at line ").next().unwrap_or_default();
+        wrong(if name == "." { text.to_owned() } else { format!("{name}: {text}") })
+    })
+}
