@@ -230,3 +230,31 @@ fn u32_at(bytes: &[u8], at: usize) -> Option<u32> {
 fn u64_at(bytes: &[u8], at: usize) -> Option<u64> {
     bytes.get(at..)?.first_chunk().map(|number| u64::from_le_bytes(*number))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The last bytes of an archive of one member, whose directory begins at `start` by the record of zip64 at `record`.
+    fn tail(start: u64, record: u64) -> Vec<u8> {
+        let wide =
+            [&b"PK\x06\x06"[..], &[0; 28], &1u64.to_le_bytes(), &[0; 8], &start.to_le_bytes()].concat();
+        let locator = [&b"PK\x06\x07"[..], &[0; 4], &record.to_le_bytes(), &[0; 4]].concat();
+        let end = [&b"PK\x05\x06"[..], &[0xFF; 16], &[3, 0], b"end"].concat();
+        [wide, locator, end].concat()
+    }
+
+    #[test]
+    fn directories_are_found_from_the_last_bytes() {
+        let found = |tail: &[u8], from| Directory::find(tail, from).map(|found| (found.start, found.count));
+        assert_eq!(found(&tail(700, 1 << 33), 1 << 33), Some((700, 1)));
+        // The record lies before these bytes, behind them, or is none.
+        for record in [999, 5000, u64::MAX, 1001] {
+            assert!(found(&tail(700, record), 1000).is_none_or(|(start, _)| start != 700), "{record}");
+        }
+        let narrow =
+            [&b"PK\x05\x06"[..], &[0; 4], &[0; 2], &[2, 0], &[0; 4], &[9, 0, 0, 0], &[0; 2]].concat();
+        assert_eq!(found(&narrow, 1 << 40), Some((9, 2)));
+        assert_eq!(found(b"PK\x05\x06", 0), None);
+    }
+}
