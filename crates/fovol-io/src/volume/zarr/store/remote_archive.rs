@@ -114,10 +114,10 @@ struct WebArchive {
 impl WebArchive {
     fn open(url: &str) -> io::Result<Self> {
         let file = WebFile::new(url.to_owned(), WebFile::agent());
-        let absent = || file.failed("there is no such file, or it needs a password; check the address");
+        let absent = || io::Error::other("there is no such file, or it needs a password; check the address");
         let length = match file.ask(0..4)?.ok_or_else(absent)? {
             Answer::Part(_, Some(length)) => length,
-            Answer::Part(_, None) | Answer::Whole(_) => return Err(no_parts(&file)),
+            Answer::Part(_, None) | Answer::Whole(_) => return Err(no_parts()),
         };
         let source = Source::from_bytes(Path::new(url), Vec::new());
         Ok(Self { file, length, source })
@@ -130,16 +130,16 @@ impl WebArchive {
         }
         match self.file.ask(range.clone())? {
             Some(Answer::Part(part, _)) if part.len() == range.len() => Ok(part),
-            Some(Answer::Part(..)) => Err(self.file.failed("it ends early")),
+            Some(Answer::Part(..)) => Err(io::Error::other("it ends early")),
             // A part that is the whole file may come as such.
             Some(Answer::Whole(response)) if range == (0..self.length) => {
                 let whole = self.file.body(*response, self.length as u64)?;
                 Some(whole)
                     .filter(|whole| whole.len() == self.length)
-                    .ok_or_else(|| self.file.failed("it ends early"))
+                    .ok_or_else(|| io::Error::other("it ends early"))
             }
-            Some(Answer::Whole(_)) => Err(no_parts(&self.file)),
-            None => Err(self.file.failed("the file is no longer there")),
+            Some(Answer::Whole(_)) => Err(no_parts()),
+            None => Err(io::Error::other("the file is no longer there")),
         }
     }
 
@@ -170,7 +170,7 @@ impl WebArchive {
         member.check_packing(&self.source).map_err(io::Error::other)?;
         if member.packed > LARGEST_MEMBER {
             let problem = format!("`{}` in it has more than 2 GiB; download the file first", member.name);
-            return Err(self.file.failed(&problem));
+            return Err(io::Error::other(problem));
         }
         let (mut bytes, after) = self.begun(member, member.packed)?;
         bytes.truncate(after + member.packed);
@@ -183,8 +183,8 @@ impl WebArchive {
 }
 
 /// The error for a server that sends no parts of files.
-fn no_parts(file: &WebFile) -> io::Error {
-    file.failed(
+fn no_parts() -> io::Error {
+    io::Error::other(
         "the server sends no parts of files, which archives need; download the file first and name the copy",
     )
 }

@@ -23,7 +23,7 @@ pub struct WebFile {
     agent: Agent,
 }
 
-/// What a server sends when asked for a part of a file.
+/// Answer of a server that was asked for a part of a file.
 pub enum Answer {
     /// The part, and the bytes of the whole file if the server tells.
     Part(Vec<u8>, Option<usize>),
@@ -126,7 +126,7 @@ impl WebFile {
     }
 
     /// The error of a `problem` with the file.
-    pub fn failed(&self, problem: &str) -> io::Error {
+    fn failed(&self, problem: &str) -> io::Error {
         io::Error::other(format!("{}: {problem}", self.url))
     }
 }
