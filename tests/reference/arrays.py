@@ -23,6 +23,8 @@ import numpy as np
 import scipy.io
 import xarray
 
+from summary import Summary
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 SAMPLES = REPOSITORY / "crates/fovol-io/tests/array_files"
 PROGRAM = ["cargo", "run", "--release", "-q", "-p", "fovol-io", "--example", "describe_volumes"]
@@ -458,20 +460,32 @@ def problems(case, answer, values):
     return found
 
 
-def compare(program, made=made):
+def kind_of(path):
+    """The kind of file, and the library that wrote it."""
+    kinds = {".npy": ("NumPy, `.npy`", "NumPy"), ".npz": ("NumPy, `.npz`", "NumPy"), ".h5": ("HDF5", "h5py")}
+    if path.suffix in kinds:
+        return kinds[path.suffix]
+    is_classic = path.exists() and path.read_bytes()[:3] == b"CDF"
+    return ("NetCDF, classic" if is_classic else "NetCDF-4"), "netCDF4, xarray, SciPy"
+
+
+def compare(program, made=made, kind_of=kind_of):
     with tempfile.TemporaryDirectory() as folder:
         cases = made(Path(folder))
         output = Path(folder) / "values"
         orders = "".join(json.dumps({"path": str(case.path), "values": f"{output}{i}", **case.order}) + "\n" for i, case in enumerate(cases))
         answers = subprocess.run(program, input=orders, stdout=subprocess.PIPE, text=True, cwd=REPOSITORY, check=True).stdout
         agreed = refused = 0
+        summary = Summary()
         for i, (case, line) in enumerate(zip(cases, answers.splitlines(), strict=True)):
             answer, path = json.loads(line), Path(f"{output}{i}")
             wrong = problems(case, answer, np.fromfile(path, "<f8") if path.exists() else None)
             agreed += not wrong and case.volume is not None
             refused += not wrong and case.volume is None
+            summary.add(*kind_of(case.path), "differ" if wrong else "refused" if case.volume is None else "agree")
             if wrong:
                 print(f"{case.path.name} {case.order} {case.said}: {'; '.join(wrong)}")
+        summary.print()
         print(f"{len(cases)} variants: {agreed} agree, {refused} are refused as they should, {len(cases) - agreed - refused} differ")
         sys.exit(agreed + refused != len(cases))
 

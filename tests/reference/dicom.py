@@ -40,6 +40,8 @@ from pydicom.uid import (
     SecondaryCaptureImageStorage,
 )
 
+from summary import Summary
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 FILES = REPOSITORY / "crates/fovol-io/tests/dicom_files"
 
@@ -647,12 +649,28 @@ def itk_differences(case, found, values):
     return out
 
 
+KINDS = {
+    plain_series: "series of slices", syntaxes: "transfer syntaxes", irregular: "gaps, tilt, uneven distances",
+    several: "several series, times and echoes in a folder", multi_frame: "enhanced and classic multi-frame",
+    colours: "colours and palettes", segmentations: "segmentations (SEG)",
+}  # fmt: skip
+SYNTAXES = {
+    "implicit": "implicit VR", "big": "big-endian", "deflated": "deflated", "rle": "RLE", "j2k": "JPEG 2000", "jpegls": "JPEG-LS",
+    "bare": "without preamble", "no": "names without endings",
+}  # fmt: skip
+
+# What is refused on purpose; JPEG-LS only without its cargo feature.
+REFUSALS = ("JPEG-LS", "lossy with 12 bits")
+
+
 def all_cases(out, data):
     cases = {}
-    for maker in (plain_series, syntaxes, irregular, several, multi_frame, colours, segmentations):
-        cases.update(maker(out))
+    for maker, kind in KINDS.items():
+        for name, case in maker(out).items():
+            said = SYNTAXES[name.split("_")[0]] if maker is syntaxes else kind
+            cases[name] = {**case, "kind": f"DICOM, {said}"}
     if data:
-        cases.update(known_files(data))
+        cases.update({name: {**case, "kind": "DICOM, files of others"} for name, case in known_files(data).items()})
     return cases
 
 
@@ -660,6 +678,7 @@ def compare(program, data, out):
     shutil.rmtree(out, ignore_errors=True)
     program, kept = Program(program), out / "values.bin"
     agree = itk_agree = itk_all = compared = 0
+    summary = Summary()
     for name, case in all_cases(out, data).items():
         kept.unlink(missing_ok=True)
         found = program.read(case["path"], kept, **case.get("order", {}))
@@ -669,16 +688,22 @@ def compare(program, data, out):
         compared += 1
         if "error" in found:
             print(f"refused  {name}: {found['error'].replace(str(case['path']), '')}")
+            is_meant = any(reason in found["error"] for reason in REFUSALS)
+            summary.add(case["kind"], "pydicom", "refused" if is_meant else "differ")
             continue
         values = np.fromfile(kept, "<f8")
         apart = differences(case, found, values)
         agree += not apart
+        library = "pydicom"
         if case.get("itk", True) and found["origin"] is not None:
+            library = "pydicom, SimpleITK"
             itk_all += 1
             with_itk = itk_differences(case, found, values)
             itk_agree += not with_itk
             apart += with_itk
+        summary.add(case["kind"], library, "differ" if apart else "agree")
         print(f"{'agrees ' if not apart else 'DIFFERS'}  {name} {'; '.join(apart)}")
+    summary.print()
     print(f"{compared} compared with pydicom, {agree} agree; {itk_all} compared with SimpleITK, {itk_agree} agree")
 
 

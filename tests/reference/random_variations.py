@@ -21,11 +21,15 @@ from pathlib import Path
 
 import numpy as np
 
+from summary import Summary
 from variations import compare, metaimage, nifti, nrrd_files, raw, tiff_files, vtk_files
 from variations.case import Unreadable, chance, pick
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 KINDS = {"nifti": nifti, "nrrd": nrrd_files, "metaimage": metaimage, "vtk": vtk_files, "tiff": tiff_files, "raw": raw}
+LIBRARIES = {
+    "NIfTI": "nibabel", "NRRD": "pynrrd", "MetaImage": "SimpleITK", "VTI": "VTK", "VTK": "VTK", "TIFF": "tifffile", "raw": "NumPy",
+}  # fmt: skip
 WRITTEN = [".nrrd", ".nhdr", ".mha", ".mhd", ".nii", ".nii.gz", ".vti"]
 
 
@@ -69,12 +73,16 @@ def answers(program, found):
 def main(options):
     folder = Path(options.folder or tempfile.mkdtemp(prefix="variations"))
     found, unreadable = cases(folder, options.count, options.seed, [options.only] if options.only else list(KINDS))
-    tally, silent = collections.Counter(), []
+    tally, silent, summary = collections.Counter(), [], Summary()
     for case, order, answer in answers(options.program, found):
+        said = case.how.split()[0]
+        kind = f"{said}, random files", LIBRARIES[said]
         if "error" in answer:
+            summary.add(*kind, "refused")
             tally[f"refused: {case.how.split()[0]}: {generalised(answer['error'])}"] += 1
             continue
         differences = compare.differences(case, order, answer)
+        summary.add(*kind, "agree" if not differences else "refused" if answer["notes"] else "differ")
         noted = " | ".join(generalised(note) for note in answer["notes"])
         if not differences:
             tally["agrees, with a note" if noted else "agrees"] += 1
@@ -85,6 +93,7 @@ def main(options):
     print(*silent, sep="\n")
     for text, number in sorted([*tally.items(), *((f"no library: {t}", n) for t, n in unreadable.items())]):
         print(f"{number:6} {text}")
+    summary.print()
     print(
         f"{len(found)} files read by a library (seed {options.seed}), {len(silent)} of them differ silently; they are in {folder}"
     )

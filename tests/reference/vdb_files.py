@@ -19,6 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
+from summary import Summary
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 SAMPLES = REPOSITORY / "crates/fovol-io/tests/vdb_files"
 PROGRAM = ["cargo", "run", "--release", "-q", "-p", "fovol-io", "--example", "describe_volumes"]
@@ -69,14 +71,18 @@ def compare(folder, program):
         orders += json.dumps(order | ({"array": case["array"]} if case.get("array") else {})) + "\n"
     answers = subprocess.run(program, input=orders, stdout=subprocess.PIPE, text=True, cwd=REPOSITORY, check=True).stdout
     agreed = refused = 0
+    summary = Summary()
+    kinds = {".vdb": ("OpenVDB", "OpenVDB"), ".nvdb": ("NanoVDB", "NanoVDB")}
     for i, (case, line) in enumerate(zip(all_cases, answers.splitlines(), strict=True)):
         path = output / str(i)
         wrong = problems(case, json.loads(line), np.fromfile(path, "<f8") if path.exists() else None, folder)
         agreed += not wrong and "dims" in case
         refused += not wrong and "dims" not in case
         path.unlink(missing_ok=True)
+        summary.add(*kinds[Path(case["file"]).suffix], "differ" if wrong else "agree" if "dims" in case else "refused")
         if wrong:
             print(f"{case['file']} {case['kind']} {case.get('array')}: {'; '.join(wrong)}")
+    summary.print()
     print(f"{len(all_cases)} variants: {agreed} agree, {refused} are refused as they should, {len(all_cases) - agreed - refused} differ")
     sys.exit(agreed + refused != len(all_cases))
 

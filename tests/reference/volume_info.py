@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
 """What outside libraries say about the volume files in the test data, and the table of the comparison.
 
-    pip install nibabel pynrrd vtk tifffile numpy SimpleITK imagecodecs h5py netCDF4
+    pip install nibabel pynrrd vtk tifffile numpy SimpleITK imagecodecs h5py netCDF4 zarr
     python tests/reference/volume_info.py references DATA    # writes tests/reference/volume_info.json
-    python tests/reference/volume_info.py table DATA         # runs the comparison, writes docs/formats.md
+    python tests/reference/volume_info.py table DATA         # runs all comparisons, writes docs/formats.md
 
 DATA is the folder that holds `formats` and `volumes`. `crates/fovol-io/tests/reference_files.rs` compares
 the reader with each entry: size, type, components, spacing, and minimum, maximum and mean of the first
 component of the first volume after the scaling that the file declares. Files that no library can read, and
 kinds that are not read on purpose, have an `error` instead.
+
+`table` also runs the scripts in `COMPARISONS`, which write files of every kind into a temporary folder. The head of each
+says what it needs.
 """
 
 import gzip
@@ -17,14 +20,18 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 import xml.etree.ElementTree as ElementTree
 import zlib
 from pathlib import Path
 
 import numpy as np
 
+import summary
+
 REPOSITORY = Path(__file__).resolve().parents[2]
-JSON = REPOSITORY / "tests/reference/volume_info.json"
+REFERENCE = REPOSITORY / "tests/reference"
+JSON = REFERENCE / "volume_info.json"
 TABLE = REPOSITORY / "docs/formats.md"
 
 SHORT = {
@@ -390,11 +397,56 @@ def references(data):
     JSON.write_text("{\n" + ",\n".join(lines) + "\n}\n")
 
 
+# Scripts that compare files of their own, and what they are given; `PROGRAM` is the built describe_volumes.
+COMPARISONS = [
+    ["dicom.py", "compare", "PROGRAM", "DATA", "FOLDER/dicom"],
+    ["zarr_files.py", "compare", "PROGRAM"],
+    ["arrays.py", "compare", "PROGRAM"],
+    ["hdf5_filters.py", "PROGRAM"],
+    ["vdb_files.py", "make", "FOLDER/vdb"],
+    ["vdb_files.py", "compare", "FOLDER/vdb", "PROGRAM"],
+    ["vtk_files.py", "compare", "PROGRAM"],
+    *(["random_variations.py", "--program", "PROGRAM", "--folder", f"FOLDER/{seed}", "--seed", str(seed)] for seed in range(1, 5)),
+    ["volume_variants.py", "FOLDER/variants"],
+]
+
+
+def comparisons(data):
+    """The counts by kind of all scripts: kind and library to files that agree, are refused, and differ."""
+    subprocess.run(["cargo", "build", "--release", "--workspace", "--example", "describe_volumes"], cwd=REPOSITORY, check=True)
+    target = Path(os.environ.get("CARGO_TARGET_DIR", REPOSITORY / "target"))
+    program, counts = target / "release/examples/describe_volumes", {}
+    with tempfile.TemporaryDirectory() as folder:
+        given = {"PROGRAM": str(program), "DATA": str(data), "FOLDER": folder}
+        for script, *arguments in COMPARISONS:
+            arguments = [re.sub("PROGRAM|DATA|FOLDER", lambda name: given[name[0]], argument) for argument in arguments]
+            print(script, *arguments, flush=True)
+            run = subprocess.run([sys.executable, REFERENCE / script, *arguments], stdout=subprocess.PIPE, text=True)
+            rows = summary.found(run.stdout)
+            if not rows and arguments[0] != "make":
+                raise SystemExit(f"{script} compared nothing; are the libraries there that its head names?")
+            for kind, library, *found in rows:
+                before = counts.get((kind, library), (0, 0, 0))
+                counts[kind, library] = tuple(map(sum, zip(before, found, strict=True)))
+    return counts
+
+
+def table_of_kinds(counts):
+    agree, refused, differ = map(sum, zip(*counts.values(), strict=True))
+    text = (
+        f"{agree + refused + differ:,} files, or choices of an array, channel, time point or level in them: {agree:,} agree, "
+        f"{refused:,} are refused or\nread with a note on what differs, {differ:,} differ.\n\n"
+        "| kind | library | agree | refused or noted | differ |\n|---|---|--:|--:|--:|\n"
+    )
+    rows = sorted(counts.items(), key=lambda row: (row[0][0].startswith("written"), row[0][0].lower(), row[0][1]))
+    return text + "".join(f"| {kind} | {library} | {' | '.join(map(str, found))} |\n" for (kind, library), found in rows)
+
+
 def table(data):
     environment = {**os.environ, "FOVOL_TEST_DATA": str(data)}
     if not (Path(data) / "formats").is_dir():
         raise SystemExit(f"{data}: it has no folder formats; give the folder above it")
-    command = ["cargo", "test", "--release", "-p", "fovol-io", "--test", "reference_files", "--", "--nocapture"]
+    command = ["cargo", "test", "--release", "--workspace", "--test", "reference_files", "--", "--nocapture"]
     run = subprocess.run(command, cwd=REPOSITORY, env=environment, stdout=subprocess.PIPE, text=True)
     outcomes = dict(re.findall(r"^outcome (\S+): (.*)$", run.stdout, flags=re.M))
     entries = json.loads(JSON.read_text())
@@ -413,15 +465,18 @@ def table(data):
     text = (
         "# Volume files compared with outside libraries\n\n"
         "Made by `tests/reference/volume_info.py table`; do not edit.\n\n"
+        "## Files that libraries write for the comparison\n\n"
+        "Scripts in `tests/reference` have outside libraries write small files in every type, encoding, byte order and\n"
+        "layout, and random ones. This program reads each, and size, spacing, place, unit, counts and every voxel are compared\n"
+        "with what went in or with what the library reads. *Refused* files are broken on purpose or of a kind that is not read.\n"
+        "Each must give an error of one line. JPEG-LS in DICOM is refused without the cargo feature `jpeg-ls`. Rows at the end\n"
+        "are files that this program wrote, as the library reads them.\n\n"
+        f"{table_of_kinds(comparisons(data))}\n"
+        "## Files of the test data\n\n"
         "Each file of the test data is read by this program and by an outside library. *Agrees* means the same\n"
         "size, type, components and spacing (to 1e-6), the same minimum and maximum, and the same mean (to 1e-6)\n"
         "of the first component after the scaling that the file declares. *Refused* files are broken or of a kind\n"
         "that is not read; the one-line message is shown.\n\n"
-        "`tests/reference/volume_variants.py` does the same with hundreds of small files in every type, encoding and\n"
-        "byte order, and has the outside libraries read what this program writes from them.\n\n"
-        "`tests/reference/random_variations.py` writes random files: type, byte order, header fields, encodings, order and\n"
-        "names of arrays, by the libraries and byte by byte. Every voxel, the place, the unit and the counts are compared, and\n"
-        "what this program writes from them is read back. Of 4,738 files (seeds 1 to 4) none differs without a note or an error.\n\n"
         f"{len(rows)} files: {agree} agree, {refused} are refused"
         f"{'' if agree + refused == len(rows) else f', {len(rows) - agree - refused} differ'}.\n\n"
         "| file | library | size | type | outcome |\n|---|---|---|---|---|\n"

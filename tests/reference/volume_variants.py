@@ -24,11 +24,13 @@ import vtk
 from vtkmodules.util.numpy_support import numpy_to_vtk
 
 import volume_info
+from summary import Summary
 
 # VTK complains about annotations that its own writer made.
 vtk.vtkObject.GlobalWarningDisplayOff()
 
 TYPES = ["uint8", "int8", "uint16", "int16", "uint32", "int32", "uint64", "int64", "float32", "float64"]
+KINDS = {"pynrrd": "NRRD", "SimpleITK": "MetaImage", "nibabel": "NIfTI", "tifffile": "TIFF"}
 RANDOM = np.random.default_rng(1)
 
 
@@ -149,21 +151,37 @@ def main(folder):
         "FOVOL_TEST_REFERENCES": str(variants / "volume_info.json"),
         "FOVOL_TEST_WRITTEN": str(written),
     }
-    command = ["cargo", "test", "-q", "-p", "fovol-io", "--test", "reference_files", "--", "--nocapture"]
+    command = ["cargo", "test", "-q", "--release", "--workspace", "--test", "reference_files", "--", "--nocapture"]
     run = subprocess.run(command, cwd=volume_info.REPOSITORY, env=environment, stdout=subprocess.PIPE,
                          stderr=subprocess.DEVNULL, text=True)  # fmt: skip
     wrong = [line for line in run.stdout.splitlines() if line.startswith("outcome") and not line.endswith("agrees")]
+    summary = Summary()
+    differing = {line.split()[1].rstrip(":") for line in wrong}
+    for name, entry in found.items():
+        kind = KINDS.get(entry["library"], name.split("_")[0].upper())
+        summary.add(f"{kind}, every type and encoding", entry["library"], "differ" if name in differing else "agree")
     print(*wrong, f"{len(found)} variants, {len(wrong)} of them read otherwise here", sep="\n")
-    lost = [line for path in sorted(written.iterdir()) if (line := changed(path, found))]
+    lost = []
+    for path in sorted(written.iterdir()):
+        if is_voxels(path):
+            continue
+        entry, source = volume_info.info(path), found[path.name.split("~")[0]]
+        if line := changed(path, entry, source):
+            lost.append(line)
+        ending = path.name.split("~")[1].split(".", 1)[1]
+        summary.add(f"written by this program, `.{ending}`", entry["library"], "differ" if line else "agree")
+    summary.print()
     print(*lost, f"{len(list(written.iterdir()))} files written, {len(lost)} of them read otherwise there", sep="\n")
     sys.exit(bool(wrong or lost or run.returncode))
 
 
-def changed(path, found):
-    """How the written file `SOURCE~.ending` differs from its source; none when it does not."""
-    if path.suffix in (".raw", ".json") or path.name.endswith(".raw.gz"):
-        return None
-    source, written = found[path.name.split("~")[0]], volume_info.info(path)
+def is_voxels(path):
+    """Whether `path` has the voxels of another file."""
+    return path.suffix in (".raw", ".json") or path.name.endswith(".raw.gz")
+
+
+def changed(path, written, source):
+    """How the file `path`, which is read as `written`, differs from its source; none when it does not."""
     # Scaled values may be written as floats.
     keys = ["dims", "min", "max"] + ([] if source["dtype"] != written["dtype"] and "nifti" in path.name else ["dtype"])
     differences = [f"{key} {written[key]}, not {source[key]}" for key in keys if written[key] != source[key]]

@@ -20,6 +20,8 @@ import numpy as np
 import vtk
 from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
+from summary import Summary
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 SAMPLES = REPOSITORY / "crates/fovol-io/tests/vtk_files"
 PROGRAM = ["cargo", "run", "--release", "-q", "-p", "fovol-io", "--example", "describe_volumes"]
@@ -159,6 +161,8 @@ def compare(program):
         orders += json.dumps({"path": str(folder / "gap.pvti")}) + "\n"
         answers = subprocess.run(program, input=orders, stdout=subprocess.PIPE, text=True, cwd=REPOSITORY, check=True).stdout.splitlines()
         agreed = 0
+        summary = Summary()
+        kinds = {".vtr": "VTK, rectilinear `.vtr`", ".vtk": "VTK, rectilinear `.vtk`", ".pvti": "VTK, images in pieces `.pvti`"}
         for i, (case, line) in enumerate(zip(cases, answers)):
             answer, wrong = json.loads(line), []
             if "error" in answer:
@@ -174,9 +178,12 @@ def compare(program):
                 if not np.allclose(found, values, rtol=1e-5 if is_text else 2e-6, atol=1e-3 if is_text else 2e-5):
                     wrong += [f"values differ by {np.abs(found - values).max()}"]
             agreed += not wrong
+            summary.add(kinds[case[0].suffix], "VTK", "differ" if wrong else "agree")
             if wrong:
                 print(case[0].name, case[1], "; ".join(wrong))
         gap = json.loads(answers[-1]).get("error", "a missing piece was read")
+        summary.add(kinds[".pvti"], "VTK", "refused" if "missing" in gap else "differ")
+        summary.print()
         print(f"{len(cases)} variants: {agreed} agree; a missing piece: {gap}")
         sys.exit(agreed != len(cases) or "missing" not in gap)
 

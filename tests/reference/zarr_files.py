@@ -31,6 +31,8 @@ import zarr
 import zarr.codecs as codecs
 import zarr.codecs.numcodecs as outside
 
+from summary import Summary
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 SAMPLES = REPOSITORY / "crates/fovol-io/tests/zarr_files"
 PROGRAM = ["cargo", "run", "--release", "-q", "-p", "fovol-io", "--example", "describe_volumes"]
@@ -73,13 +75,18 @@ class Case:
 class Cases:
     def __init__(self, folder):
         self.folder, self.cases, self.paths = folder, [], 0
+        # The kind of the files that are added, and the library that writes them.
+        self.kind = None
 
     def path(self, ending=".zarr"):
         self.paths += 1
         return self.folder / f"{self.paths:04d}{ending}"
 
     def add(self, path, volume, **said):
-        self.cases.append(Case(path, volume, **said))
+        case = Case(path, volume, **said)
+        is_packed = any(ending in str(path) for ending in (".zip", ".ozx"))
+        case.kind = ("Zarr in archives, `.zarr.zip` and `.ozx`", "zarr, ome-zarr") if is_packed else self.kind
+        self.cases.append(case)
 
 
 # Arrays alone
@@ -368,6 +375,7 @@ OMERO = {"channels": [
 
 def ome_images(cases):
     for version, names in itertools.product(FORMATS, ("tczyx", "czyx", "tzyx", "zyx", "cyx", "yx", "tcyx")):
+        cases.kind = (f"OME-Zarr {version}, {len(names)} axes", "ome-zarr")
         shape = [{"t": 3, "c": 2, "z": 7, "y": 9, "x": 11}[name] for name in names]
         for code, chunks in itertools.product(("u1", "u2", "f4"), (None, tuple(max(1, (length + 1) // 2) for length in shape))):
             values, path = numbers(tuple(shape), code), cases.path()
@@ -394,6 +402,7 @@ def ome_images(cases):
             cases.add(path, None, level=3)
             cases.add(path, None, time=3)
     for version, names in itertools.product(FORMATS, ("xyz", "zxy", "xzy")):
+        cases.kind = (f"OME-Zarr {version}, axes in other orders", "ome-zarr")
         # ome-zarr wants z, y, x in order; other programs write any.
         values, path = numbers((5, 6, 7), "u2"), cases.path()
         levels, root = image(path, values, "zyx", version, translation={"z": 10.0, "y": 20.0, "x": 30.0})
@@ -405,6 +414,7 @@ def ome_images(cases):
         origin = dict(zip(names, (10.0, 20.0, 30.0), strict=True))
         cases.add(path, picked(values, names), levels=3, units="µm", spacing=[by_name[n] for n in "xyz"], origin=[origin[n] for n in "xyz"])
     for version in FORMATS:
+        cases.kind = (f"OME-Zarr {version}, labels, series and plates", "ome-zarr")
         path, values = cases.path(), numbers((8, 10, 12), "u2")
         levels, root = image(path, values, "zyx", version, units=False)
         labels = RANDOM.integers(0, 3, values.shape).astype("i4")
@@ -453,6 +463,7 @@ def ome_images(cases):
 def tiff_files(cases):
     for code, shape in itertools.product(("u1", "u2", "f4"), ((2, 5, 3, 6, 7), (1, 5, 2, 6, 7), (3, 1, 1, 6, 7))):
         values, path = numbers(shape, code), cases.path(".ome.tif")
+        cases.kind = ("OME-TIFF", "tifffile")
         names, colours = [f"ch{i}" for i in range(shape[2])], [-16776961, 0x00FF00FF, 65535][: shape[2]]
         tifffile.imwrite(path, values, metadata={
             "axes": "TZCYX", "PhysicalSizeX": 0.25, "PhysicalSizeXUnit": "µm", "PhysicalSizeY": 0.5, "PhysicalSizeYUnit": "µm",
@@ -463,6 +474,7 @@ def tiff_files(cases):
         colours_said = [[255, 0, 0], [0, 255, 0], [0, 0, 255]][:channels]
         cases.add(path, values[-1, :, -1], **order, times=times, channels=channels, spacing=[0.25, 0.5, 2.0], units="µm", names=names if channels > 1 else None, colours=colours_said)
         path = cases.path(".tif")
+        cases.kind = ("TIFF of ImageJ", "tifffile")
         tifffile.imwrite(path, values, imagej=True, resolution=(4, 2), metadata={
             "axes": "TZCYX", "spacing": 2.0, "unit": "um", "Ranges": [float(i) for c in range(channels) for i in (c, c + 60)],
             "LUTs": [np.outer(colour, np.arange(256)).astype("u2").__floordiv__(255).astype("u1") for colour in colours_said],
@@ -471,12 +483,16 @@ def tiff_files(cases):
             cases.add(path, values[-1, :, -1], **order, times=times, channels=channels, spacing=[0.25, 0.5, 2.0], units="µm", range=[channels - 1, channels + 59], colours=colours_said if channels > 1 else None)
 
 
-WRITERS = [arrays_of_v2, arrays_of_v3, hierarchies, ome_images, tiff_files]
+WRITERS = {
+    arrays_of_v2: "Zarr 2, arrays", arrays_of_v3: "Zarr 3, arrays", hierarchies: "Zarr 2 and 3, groups, refusals, damage",
+    ome_images: "OME-Zarr", tiff_files: "TIFF",
+}  # fmt: skip
 
 
 def made(folder):
     cases = Cases(folder)
-    for write in WRITERS:
+    for write, kind in WRITERS.items():
+        cases.kind = (kind, "zarr, xarray")
         write(cases)
     return cases.cases
 
@@ -530,13 +546,16 @@ def compare(program):
         orders = "".join(json.dumps({"path": str(case.path), "values": f"{output}{i}", **case.order}) + "\n" for i, case in enumerate(cases))
         answers = subprocess.run(program, input=orders, stdout=subprocess.PIPE, text=True, cwd=REPOSITORY, check=True).stdout
         agreed = refused = 0
+        summary = Summary()
         for i, (case, line) in enumerate(zip(cases, answers.splitlines(), strict=True)):
             answer, path = json.loads(line), Path(f"{output}{i}")
             wrong = problems(case, answer, np.fromfile(path, "<f8") if path.exists() else None)
             agreed += not wrong and case.volume is not None
             refused += not wrong and case.volume is None
+            summary.add(*case.kind, "differ" if wrong else "refused" if case.volume is None else "agree")
             if wrong:
                 print(f"{case.path.name} {case.order} {case.said}: {'; '.join(wrong)}")
+        summary.print()
         print(f"{len(cases)} variants: {agreed} agree, {refused} are refused as they should, {len(cases) - agreed - refused} differ")
         sys.exit(agreed + refused != len(cases))
 

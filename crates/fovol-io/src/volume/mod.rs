@@ -59,7 +59,10 @@ pub use time_series::is_pattern;
 pub use write::{write, write_with};
 
 /// Reads the volume at `path`, a file, a folder of slices or one of Zarr. The format is decided by the content where
-/// that is possible, else by the name. A folder of volumes, or a pattern such as `run_*.vti`, is a time series. `FILE:ARRAY` names an array in a file, as [`split_array`] says.
+/// that is possible, else by the name. A folder of volumes, or a pattern such as `run_*.vti`, is a time series.
+///
+/// `FILE:ARRAY` names an array in a file, as [`split_array`] says. An address, as [`is_remote`] says, is that of a folder
+/// or a zip archive of Zarr.
 ///
 /// # Errors
 /// A file that is missing, damaged or of no known kind; one line that says how to mend it.
@@ -86,7 +89,7 @@ pub fn read(path: &Path, overrides: &Overrides) -> Result<Volume> {
     parse(&Source::open(path)?, overrides)
 }
 
-/// Reads the Zarr at the address `url`.
+/// Reads the Zarr at the address `url`, a folder or a zip archive.
 #[cfg(feature = "remote")]
 fn read_remote(url: &Path, overrides: &Overrides) -> Result<Volume> {
     zarr::parse_remote(url, overrides)
@@ -97,7 +100,7 @@ fn read_remote(url: &Path, overrides: &Overrides) -> Result<Volume> {
 fn read_remote(url: &Path, _: &Overrides) -> Result<Volume> {
     Err(Error::unsupported(
         url,
-        "Zarr on the web is read only with the cargo feature `remote` of fovol-io; build with it, or download the folder",
+        "Zarr on the web is read only with the cargo feature `remote` of fovol-io; build with it, or download the volume",
     ))
 }
 

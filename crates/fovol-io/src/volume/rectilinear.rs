@@ -80,7 +80,10 @@ impl Axis {
         let count = self.along.len();
         match self.is_even() {
             true => count,
-            false => ((self.length() / smallest - 1e-3).ceil() as usize + 1).min(MOST_POINTS * count),
+            // The ratio is infinite where two points nearly coincide.
+            false => {
+                ((self.length() / smallest - 1e-3).ceil() as usize).saturating_add(1).min(MOST_POINTS * count)
+            }
         }
     }
 
@@ -257,6 +260,13 @@ mod tests {
         assert_eq!((volume.grid().dims(), volume.dtype()), ([4, 1, 1], Dtype::F32));
         assert_eq!([0, 1, 2, 3].map(|x| volume.value([x, 0, 0])), [0.0, 10.0, 20.0, 30.0]);
         assert!(volume.notes().iter().any(|note| note.contains("resampled")));
+    }
+
+    #[test]
+    fn points_may_nearly_coincide() {
+        let volume = applied([&[0.0, 5e-324, 1.0], &[0.0], &[0.0]], false, vec![0, 10, 30]).unwrap();
+        assert_eq!(volume.grid().dims(), [6, 1, 1]);
+        assert!((volume.value([5, 0, 0]), volume.value([0, 0, 0])) == (30.0, 0.0));
     }
 
     #[test]

@@ -65,25 +65,33 @@ fn answer(mut to: TcpStream, content: &[u8], manners: Manners, range: Option<&st
     if let Manners::Status(status) = manners {
         return write!(to, "HTTP/1.1 {status} No\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
     }
-    let asked = range.and_then(|r| r.strip_prefix("bytes=")?.strip_suffix('-')?.parse::<usize>().ok());
-    let start = if manners == Manners::NoRanges { 0 } else { asked.unwrap_or(0) };
-    let length = content.len() - start;
-    if start == 0 {
+    let asked = range.filter(|_| manners != Manners::NoRanges).and_then(|range| bounds(range, content.len()));
+    let (start, last) = asked.unwrap_or((0, content.len()));
+    let length = last.saturating_sub(start);
+    // A whole file from the beginning is no part.
+    if length == content.len() {
         write!(to, "HTTP/1.1 200 OK\r\n")?;
     } else {
-        let told = if manners == Manners::WrongRange { start - 1 } else { start };
+        let told = if manners == Manners::WrongRange { start.abs_diff(1) } else { start };
         write!(
             to,
             "HTTP/1.1 206 Partial Content\r\nContent-Range: bytes {told}-{}/{}\r\n",
-            content.len() - 1,
+            last - 1,
             content.len()
         )?;
     }
     write!(to, "Content-Length: {length}\r\nConnection: close\r\n\r\n")?;
     let end = match manners {
-        Manners::HangsUpAfter(bytes) => (start + bytes).min(content.len()),
-        _ => content.len(),
+        Manners::HangsUpAfter(bytes) => (start + bytes).min(last),
+        _ => last,
     };
     to.write_all(&content[start..end])?;
     to.flush()
+}
+
+/// First position and end of `bytes=FIRST-LAST` or `bytes=FIRST-` in a file of `length` bytes.
+fn bounds(range: &str, length: usize) -> Option<(usize, usize)> {
+    let (first, last) = range.strip_prefix("bytes=")?.split_once('-')?;
+    let end = if last.is_empty() { length } else { last.parse::<usize>().ok()? + 1 };
+    Some((first.parse().ok()?, end.min(length)))
 }

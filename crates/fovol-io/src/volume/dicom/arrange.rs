@@ -13,6 +13,9 @@ const IRREGULAR: f64 = 0.05;
 /// Slices may slide so many pixels against each other.
 const SLID: f64 = 0.5;
 
+/// Resampled stacks have at most so many times as many slices: a few that nearly coincide ask for no more.
+const MOST_SLICES: f64 = 16.0;
+
 /// The grid of a stack.
 pub struct Arrangement {
     /// Distance between voxels along x, y and z.
@@ -87,11 +90,17 @@ fn along_normal(header: &Header, places: &[Place], notes: &mut Vec<String>) -> G
         let at = (0..places.len()).map(|slice| slice as f64).collect();
         return Grid { spacing: even, count: places.len(), at, is_regular };
     }
-    let intervals = (total / usual).round().max(1.0);
+    let intervals = intervals(total, usual, steps.len());
     let spacing = total / intervals;
     notes.push(irregularity(&heights, &steps, spacing));
     let at = heights.iter().map(|height| height / spacing).collect();
     Grid { spacing, count: intervals as usize + 1, at, is_regular }
+}
+
+/// The number of intervals between regular slices over a length of `total`, of which there were `steps` with the usual
+/// length `usual`.
+fn intervals(total: f64, usual: f64, steps: usize) -> f64 {
+    (total / usual).round().clamp(1.0, MOST_SLICES * steps.max(1) as f64)
 }
 
 /// The note on slices that are not regular.
@@ -180,5 +189,18 @@ fn stated_spacing(header: &Header, planes: &[Plane], notes: &mut Vec<String>) ->
             ));
             1.0
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slices_that_nearly_coincide_do_not_make_many() {
+        assert_eq!(intervals(5.0, 1e-9, 4), 64.0);
+        assert_eq!(intervals(1e300, 1e-300, 4), 64.0);
+        assert_eq!(intervals(12.0, 3.0, 3), 4.0);
+        assert_eq!(intervals(1.0, 3.0, 1), 1.0);
     }
 }

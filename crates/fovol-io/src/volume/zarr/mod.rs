@@ -57,13 +57,20 @@ pub fn parse_folder(path: &Path, overrides: &Overrides) -> Result<Volume> {
     parse(&source, &Folder::new(path.to_owned()), overrides)
 }
 
-/// Reads the hierarchy at the address `url`, as [`parse_folder`] does.
+/// Reads the hierarchy at the address `url`, as [`parse_folder`] does. An address that ends in `.zip` or `.ozx` is one of an
+/// archive.
 ///
 /// # Errors
-/// Those of [`parse_folder`], and a server that cannot be reached.
+/// Those of [`parse_folder`], a server that cannot be reached, and one that sends no parts of an archive.
 #[cfg(feature = "remote")]
 pub fn parse_remote(url: &Path, overrides: &Overrides) -> Result<Volume> {
     let source = Source::from_bytes(url, Vec::new());
+    if store::RemoteArchive::is_named_by(&url.to_string_lossy()) {
+        return match store::RemoteArchive::open(&url.to_string_lossy())? {
+            Some(archive) => parse(&source, &archive, overrides),
+            None => Err(no_zarr(&source)),
+        };
+    }
     let remote = store::Remote::open(&url.to_string_lossy()).map_err(|e| crate::Error::io("read", url, e))?;
     parse(&source, &remote, overrides)
 }
@@ -80,8 +87,13 @@ pub fn is_archive(source: &Source) -> bool {
 pub fn parse_archive(source: &Source, overrides: &Overrides) -> Result<Volume> {
     match Archive::open(source)? {
         Some(archive) => parse(source, &archive, overrides),
-        None => Err(source.unsupported("the archive holds no Zarr; unpack it and name a file in it")),
+        None => Err(no_zarr(source)),
     }
+}
+
+/// The error for an archive without Zarr.
+fn no_zarr(source: &Source) -> crate::Error {
+    source.unsupported("the archive holds no Zarr; unpack it and name a file in it")
 }
 
 fn parse(source: &Source, store: &dyn Store, overrides: &Overrides) -> Result<Volume> {

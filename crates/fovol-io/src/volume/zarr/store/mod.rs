@@ -1,14 +1,22 @@
-//! Places that hold the files of a Zarr hierarchy: a folder, a zip archive or a web server.
+//! Places that hold the files of a Zarr hierarchy: a folder or a zip archive, here or on a web server.
 
 mod archive;
 mod folder;
+mod index;
+mod metadata;
 #[cfg(feature = "remote")]
 mod remote;
+#[cfg(feature = "remote")]
+mod remote_archive;
+#[cfg(feature = "remote")]
+mod web_file;
 
 pub use archive::Archive;
 pub use folder::Folder;
 #[cfg(feature = "remote")]
 pub use remote::Remote;
+#[cfg(feature = "remote")]
+pub use remote_archive::RemoteArchive;
 use std::io;
 use std::ops::Range;
 

@@ -1,25 +1,13 @@
-//! A hierarchy on a web server, such as an object store.
+//! A hierarchy in a folder on a web server, such as an object store.
 
+use super::metadata::{Known, is_metadata};
+use super::web_file::{Parts, WebFile};
 use super::{Blob, Store};
-use crate::{http, natural_order};
-use fovol_core::stop;
+use crate::natural_order;
 use serde_json::Value;
 use std::collections::{BTreeSet, HashMap};
-use std::io::{self, Read};
-use std::ops::Range;
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
-use ureq::http::Response;
-use ureq::{Agent, Body};
-
-/// A silence longer than this counts as a broken connection.
-const PATIENCE: Duration = Duration::from_secs(20);
-/// How often a request is tried, and the wait before the second time; it doubles from one time to the next.
-const TRIES: u32 = 3;
-const WAIT: Duration = Duration::from_millis(250);
-
-/// Files of metadata, which are read more than once.
-const METADATA: [&str; 5] = ["zarr.json", ".zattrs", ".zgroup", ".zarray", ".zmetadata"];
+use std::io;
+use ureq::Agent;
 
 /// A folder of a web server, by its address.
 pub struct Remote {
@@ -27,7 +15,7 @@ pub struct Remote {
     base: String,
     query: String,
     agent: Agent,
-    metadata: Mutex<HashMap<String, Option<Arc<[u8]>>>>,
+    metadata: Known,
     /// Names of folders by the folder that they are in, as far as the consolidated metadata have them: servers list nothing.
     folders: HashMap<String, BTreeSet<String>>,
 }
@@ -43,8 +31,8 @@ impl Remote {
         let mut remote = Self {
             base: base.trim_end_matches('/').to_owned(),
             query,
-            agent: http::agent(PATIENCE),
-            metadata: Mutex::default(),
+            agent: WebFile::agent(),
+            metadata: Known::default(),
             folders: HashMap::new(),
         };
         for (file, of) in [("zarr.json", "consolidated_metadata"), (".zmetadata", "")] {
@@ -64,8 +52,8 @@ impl Remote {
 
     /// Notes the folders of the path of a node, or of a file of its metadata.
     fn add_folders(&mut self, path: &str) {
-        let is_file = METADATA.contains(&path.rsplit('/').next().unwrap_or_default());
-        let folder = if is_file { path.rsplit_once('/').map_or("", |(folder, _)| folder) } else { path };
+        let folder =
+            if is_metadata(path) { path.rsplit_once('/').map_or("", |(folder, _)| folder) } else { path };
         let mut parent = String::new();
         for name in folder.split('/').filter(|name| !name.is_empty()) {
             self.folders.entry(parent.clone()).or_default().insert(name.to_owned());
@@ -73,56 +61,29 @@ impl Remote {
         }
     }
 
-    fn url(&self, key: &str) -> String {
-        format!("{}/{}{}", self.base, encoded(key), self.query)
-    }
-
-    /// The whole file `key`; none if there is none.
-    fn get(&self, key: &str) -> io::Result<Option<Vec<u8>>> {
-        let url = self.url(key);
-        let Some(response) = asked(&url, || self.agent.get(&url).call())? else { return Ok(None) };
-        body(response, &url).map(Some)
+    fn file(&self, key: &str) -> WebFile {
+        let url = format!("{}/{}{}", self.base, encoded(key), self.query);
+        WebFile::new(url, self.agent.clone())
     }
 }
 
 impl Store for Remote {
     fn read(&self, key: &str, out: &mut Vec<u8>) -> io::Result<bool> {
-        out.clear();
-        let is_metadata = METADATA.contains(&key.rsplit('/').next().unwrap_or_default());
-        if !is_metadata {
-            let found = self.get(key)?;
-            *out = found.unwrap_or_default();
-            return Ok(!out.is_empty());
-        }
-        let known = || self.metadata.lock().unwrap_or_else(PoisonError::into_inner);
-        let cached = known().get(key).cloned();
-        let file = match cached {
-            Some(file) => file,
-            None => {
-                let file = self.get(key)?.map(Arc::from);
-                known().insert(key.to_owned(), file.clone());
-                file
-            }
-        };
-        out.extend_from_slice(file.as_deref().unwrap_or_default());
-        Ok(file.is_some())
+        self.metadata.read(key, out, || self.file(key).read())
     }
 
     fn open(&self, key: &str) -> io::Result<Option<Box<dyn Blob>>> {
-        let url = self.url(key);
-        let Some(response) = asked(&url, || self.agent.head(&url).call())? else { return Ok(None) };
-        let length =
-            response.headers().get("content-length").and_then(|length| length.to_str().ok()?.parse().ok());
-        Ok(match length {
-            Some(length) => Some(Box::new(Part { url, length, agent: self.agent.clone() })),
+        let file = self.file(key);
+        Ok(match file.head()? {
+            None => None,
+            Some(Some(length)) => Some(Box::new(Parts { file, length })),
             // Some servers tell no lengths.
-            None => self.get(key)?.map(|bytes| Box::new(bytes) as Box<dyn Blob>),
+            Some(None) => file.read()?.map(|bytes| Box::new(bytes) as Box<dyn Blob>),
         })
     }
 
     fn has(&self, key: &str) -> bool {
-        let url = self.url(key);
-        asked(&url, || self.agent.head(&url).call()).is_ok_and(|response| response.is_some())
+        self.file(key).head().is_ok_and(|found| found.is_some())
     }
 
     fn folders(&self, key: &str) -> Vec<String> {
@@ -130,71 +91,6 @@ impl Store for Remote {
         names.sort_by(|a, b| natural_order::compare(a, b));
         names
     }
-}
-
-/// A file on a web server, of which parts are asked for.
-struct Part {
-    url: String,
-    length: usize,
-    agent: Agent,
-}
-
-impl Blob for Part {
-    fn length(&self) -> usize {
-        self.length
-    }
-
-    fn part<'a>(&'a self, range: Range<usize>, scratch: &'a mut Vec<u8>) -> io::Result<&'a [u8]> {
-        if range.is_empty() {
-            return Ok(&[]);
-        }
-        let wanted = format!("bytes={}-{}", range.start, range.end - 1);
-        let response = asked(&self.url, || self.agent.get(&self.url).header("Range", &wanted).call())?;
-        let response = response.ok_or(io::ErrorKind::UnexpectedEof)?;
-        // Servers without parts send the whole file.
-        let is_whole = response.status().as_u16() == 200;
-        *scratch = body(response, &self.url)?;
-        let part = if is_whole {
-            scratch.get(range)
-        } else {
-            Some(&scratch[..]).filter(|part| part.len() == range.len())
-        };
-        part.ok_or_else(|| io::ErrorKind::UnexpectedEof.into())
-    }
-}
-
-/// The answer to `ask`; none if there is no such file. Object stores say 403 for files that are not there.
-fn asked(
-    url: &str,
-    ask: impl Fn() -> Result<Response<Body>, ureq::Error>,
-) -> io::Result<Option<Response<Body>>> {
-    let mut wait = WAIT;
-    for attempt in 1.. {
-        stop::point();
-        let problem = match ask() {
-            Ok(response) => match response.status().as_u16() {
-                200 | 206 => return Ok(Some(response)),
-                403 | 404 | 410 => return Ok(None),
-                status @ (429 | 500..) if attempt < TRIES => format!("status {status}"),
-                status => return Err(io::Error::other(format!("the server answers {status} to {url}"))),
-            },
-            Err(error) => error.to_string(),
-        };
-        if attempt == TRIES {
-            return Err(io::Error::other(format!("{url} cannot be reached: {problem}")));
-        }
-        std::thread::sleep(wait);
-        wait *= 2;
-    }
-    unreachable!("the last attempt returns")
-}
-
-fn body(response: Response<Body>, url: &str) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let mut reader = response.into_body().into_reader();
-    // Memory grows with what has arrived, whatever the header claims.
-    reader.read_to_end(&mut bytes).map_err(|error| io::Error::other(format!("{url} ends early: {error}")))?;
-    Ok(bytes)
 }
 
 /// `key` as a part of an address.
