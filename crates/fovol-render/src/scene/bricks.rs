@@ -110,16 +110,28 @@ impl Bricks {
         dims: [usize; 3],
         put: impl Fn([usize; 3], &mut [u8]) + Sync,
     ) -> Result<Self, Shortage> {
+        Self::of_lines(dims, BrickData::U8, 1.0 / 255.0, put)
+    }
+
+    /// Bricks of `data`, of which `scale` makes display values, on a grid of `dims`. `put` is that of [`Self::of_bytes`].
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub(super) fn of_lines<S: Copy + Zeroable + Send + Sync>(
+        dims: [usize; 3],
+        data: impl FnOnce(Vec<S>) -> BrickData,
+        scale: f32,
+        put: impl Fn([usize; 3], &mut [S]) + Sync,
+    ) -> Result<Self, Shortage> {
         let layout = BrickLayout::voxels(dims);
-        let data = filled_in_lines(&layout, |voxel, line: &mut [u8]| {
+        let elements = filled_in_lines(&layout, |voxel, line: &mut [S]| {
             // Beyond the edge the last voxel repeats.
             let inside = line.len().min(dims[0] - voxel[0]);
             let (inside, beyond) = line.split_at_mut(inside);
             put(voxel, inside);
-            beyond.fill(inside.last().copied().unwrap_or(0));
+            beyond.fill(inside.last().copied().unwrap_or(S::zeroed()));
         })?;
-        let interpolation = Interpolation::Linear;
-        Ok(Self { layout, data: BrickData::U8(data), scale: 1.0 / 255.0, interpolation })
+        Ok(Self { layout, data: data(elements), scale, interpolation: Interpolation::Linear })
     }
 
     /// Where voxels lie.
