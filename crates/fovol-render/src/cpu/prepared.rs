@@ -62,7 +62,7 @@ impl Prepared {
     /// Prepares to blend volumes with the transfer functions `of_volumes`, whose gradients have at most the length
     /// `greatest`.
     pub fn blend<'t>(&mut self, of_volumes: impl IntoIterator<Item = &'t TransferFunction>, greatest: f64) {
-        let table = |transfer| BlendTable::new(transfer, self.step, greatest);
+        let table = |transfer| BlendTable::with_gradient(transfer, self.step, greatest);
         self.blending = of_volumes.into_iter().map(table).collect();
     }
 

@@ -17,11 +17,16 @@ pub struct BlendTable {
 }
 
 impl BlendTable {
-    /// The tables of `transfer` for primary steps of `step` voxels and gradients up to the length `greatest`.
-    pub fn new(transfer: &TransferFunction, step: f64, greatest: f64) -> Self {
+    /// The tables of `transfer` for primary steps of `step` voxels, whatever the gradient is.
+    pub fn new(transfer: &TransferFunction, step: f64) -> Self {
         let table = TransferTable::new(transfer, step);
         let extinction = table.opacities(transfer).map(|opacity| extinction(opacity) as f32).collect();
+        Self { transfer: table, extinction, gradient: None, step: step as f32 }
+    }
+
+    /// [`Self::new`] with the factors for gradients up to the length `greatest`.
+    pub fn with_gradient(transfer: &TransferFunction, step: f64, greatest: f64) -> Self {
         let gradient = transfer.gradient_opacity().map(|curve| GradientTable::new(curve, greatest));
-        Self { transfer: table, extinction, gradient, step: step as f32 }
+        Self { gradient, ..Self::new(transfer, step) }
     }
 }

@@ -1,7 +1,8 @@
 use super::brick_layout::{BRICK, BrickLayout};
+use super::raw_voxels::RawVoxels;
 use bytemuck::Zeroable;
 use fovol_core::memory::{self, SMALLER_VOLUME, Shortage};
-use fovol_core::{Dtype, Endian, Interpolation, Rescale, Volume, Voxel, stop, with_voxel_type};
+use fovol_core::{Dtype, Interpolation, Rescale, Volume, Voxel, stop, with_voxel_type};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -349,38 +350,6 @@ where
         let raw = RawVoxels::<'_, T>::new(volume);
         filled(layout, |voxel| store(encoding.clamped(raw.get(voxel).to_f64())))
     })
-}
-
-/// Random access to the first components of a volume.
-struct RawVoxels<'a, T> {
-    bytes: &'a [u8],
-    stride: usize,
-    dims: [usize; 3],
-    endian: Endian,
-    kind: std::marker::PhantomData<T>,
-}
-
-impl<'a, T: Voxel> RawVoxels<'a, T> {
-    fn new(volume: &'a Volume) -> Self {
-        Self {
-            bytes: volume.data(),
-            stride: volume.components() * size_of::<T>(),
-            dims: volume.grid().dims(),
-            endian: volume.endian(),
-            kind: std::marker::PhantomData,
-        }
-    }
-
-    #[inline(always)]
-    fn at(&self, [x, y, z]: [usize; 3]) -> usize {
-        ((z * self.dims[1] + y) * self.dims[0] + x) * self.stride
-    }
-
-    #[inline(always)]
-    fn get(&self, voxel: [usize; 3]) -> T {
-        let at = self.at(voxel);
-        T::decode(&self.bytes[at..at + size_of::<T>()], self.endian)
-    }
 }
 
 /// Fills all bricks in parallel; voxels beyond the edge repeat the last one.

@@ -13,6 +13,7 @@ mod gradient_table;
 mod leaving_planes;
 mod light_slices;
 mod macrocells;
+mod raw_voxels;
 mod ray_result;
 mod segment;
 mod transfer_table;
