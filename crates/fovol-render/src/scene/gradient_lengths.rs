@@ -32,10 +32,12 @@ impl Bricks {
         let greatest = greatest_gradient(grid) as f32;
         let unit = f32::from(u16::MAX) / greatest;
         let mut lengths = Self::of_lines(dims, BrickData::U16, unit.recip(), |voxel, line: &mut [u16]| {
-            let rows = Rows::around(self, dims, voxel, line.len());
-            for (i, length) in line.iter_mut().enumerate() {
-                *length = (rows.gradient(i, weights) * unit + 0.5) as u16;
+            let mut rows = Rows::around(self, dims, voxel, line.len());
+            if self.has_gaps() {
+                rows.close_gaps();
             }
+            let found = rows.gradients(weights.map(|weight| weight * unit));
+            line.iter_mut().zip(found).for_each(|(length, found)| *length = (found + 0.5) as u16);
         })?;
         lengths.set_interpolation(self.interpolation());
         Ok(lengths)
@@ -50,11 +52,12 @@ impl Bricks {
 /// Voxels of a line of bricks, with one more on both sides.
 type Row = [f32; BRICK + 3];
 
-/// A line of voxels and the four lines beside it.
+/// Neighbours of a line of voxels.
 struct Rows {
+    /// The line itself, from one voxel before it.
     own: Row,
-    /// Before and after along y, then along z. They begin one voxel later than `own`.
-    beside: [[Row; 2]; 2],
+    /// Before and after along x, y and z.
+    neighbours: [[[f32; BRICK + 1]; 2]; 3],
 }
 
 impl Rows {
@@ -73,31 +76,42 @@ impl Rows {
         if x + length == dims[0] {
             own[length + 1] = own[length];
         }
-        let beside = [1, 2].map(|axis| {
+        let [mut before, mut after] = [[0.0; BRICK + 1]; 2];
+        before.copy_from_slice(&own[..=BRICK]);
+        after.copy_from_slice(&own[2..]);
+        let beside = |axis: usize| {
             let [mut before, mut after] = [voxel, voxel];
             before[axis] = voxel[axis].saturating_sub(1);
             after[axis] = (voxel[axis] + 1).min(dims[axis] - 1);
             [before, after].map(|voxel| {
-                let mut row = [0.0; BRICK + 3];
+                let mut row = [0.0; BRICK + 1];
                 put(voxel, &mut row[..length]);
                 row
             })
-        });
-        Self { own, beside }
+        };
+        Self { own, neighbours: [[before, after], beside(1), beside(2)] }
     }
 
-    /// Length of the gradient at voxel `i`; 0 at NaN.
-    fn gradient(&self, i: usize, weights: [f32; 3]) -> f32 {
-        let here = self.own[i + 1];
-        let [[y0, y1], [z0, z1]] = self.beside;
-        let neighbours = [[self.own[i], self.own[i + 2]], [y0[i], y1[i]], [z0[i], z1[i]]];
-        let mut squared = 0.0;
-        for ([before, after], weight) in neighbours.into_iter().zip(weights) {
-            let [before, after] = [before, after].map(|value| if value.is_nan() { here } else { value });
-            let along = (after - before) * weight;
-            squared += along * along;
+    /// Puts voxels in the place of their neighbours that are NaN. Voxels that are NaN get no gradient.
+    fn close_gaps(&mut self) {
+        for row in self.neighbours.iter_mut().flatten() {
+            for (neighbour, here) in row.iter_mut().zip(&self.own[1..]) {
+                if neighbour.is_nan() || here.is_nan() {
+                    *neighbour = if here.is_nan() { 0.0 } else { *here };
+                }
+            }
         }
-        if here.is_nan() { 0.0 } else { squared.sqrt() }
+    }
+
+    /// Lengths of the gradients of all voxels of the line.
+    #[inline]
+    fn gradients(&self, [along_x, along_y, along_z]: [f32; 3]) -> [f32; BRICK + 1] {
+        let [[x0, x1], [y0, y1], [z0, z1]] = &self.neighbours;
+        std::array::from_fn(|i| {
+            let (x, y, z) = (x1[i] - x0[i], y1[i] - y0[i], z1[i] - z0[i]);
+            let [x, y, z] = [x * along_x, y * along_y, z * along_z];
+            (x * x + y * y + z * z).sqrt()
+        })
     }
 }
 
