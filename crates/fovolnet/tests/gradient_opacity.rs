@@ -1,7 +1,9 @@
 //! Opacity by gradient in pictures, sessions, notes and sparse frames.
 
 use fovolnet::core::{Frame, FrameSize, Integration};
-use fovolnet::{OpenVolume, Pipeline, RenderOverrides, Session, SpeedSettings, VolumeSettings, open_volume};
+use fovolnet::{
+    Device, OpenVolume, Pipeline, RenderOverrides, Session, SpeedSettings, VolumeSettings, open_volume,
+};
 
 const POINTS: &str = r#""points":[[0,0,0,0,0],[0.1,1,0.8,0.6,0],[0.2,1,0.8,0.6,0.1],[1,1,1,1,0.5]]"#;
 
@@ -96,4 +98,28 @@ fn networks_rebuild_sparse_frames() {
         let psnr = fovolnet::metrics::psnr(&whole, &frame.frame).unwrap();
         assert!(psnr > 24.0, "{shadows} {guide}: {psnr}");
     }
+}
+
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn the_processor_takes_the_place_of_a_gpu() {
+    let device = Device::Gpu(None).open().unwrap();
+    let [whole, borders] = [format!("{{{POINTS}}}"), borders()].map(|tf| settings(&tf).resolve().unwrap());
+    let on = |settings, speed: &SpeedSettings| Pipeline::on(device.clone(), &head(), settings, speed);
+    let required = SpeedSettings { device: Some(Device::Gpu(None)), ..SpeedSettings::default() };
+    let error = on(&borders, &required).unwrap_err().to_string();
+    assert!(error.contains("opacity by gradient") && error.contains("--device gpu"), "{error}");
+    let mut pipeline = on(&borders, &SpeedSettings::default()).unwrap();
+    let replaced =
+        |pipeline: &Pipeline| pipeline.notes().iter().any(|note| note.contains("on the processor"));
+    assert!(replaced(&pipeline) && pipeline.machine().gpu.is_none());
+    assert_eq!(pipeline.render(0).unwrap().frame, picture(&self::settings(&self::borders())));
+    pipeline.change(&whole).unwrap();
+    assert!(!replaced(&pipeline) && pipeline.machine().gpu.is_some());
+    pipeline.change(&borders).unwrap();
+    assert!(pipeline.machine().gpu.is_none());
+    assert_eq!(pipeline.render(0).unwrap().frame, picture(&self::settings(&self::borders())));
+    let mut pipeline = on(&whole, &required).unwrap();
+    assert!(pipeline.change(&borders).is_err() && pipeline.machine().gpu.is_some());
+    pipeline.render(0).unwrap();
 }

@@ -22,7 +22,7 @@ pub struct Layer<'a> {
     extinction: &'a [f32],
     /// Red, green and blue of the voxels, where these have colours.
     colours: Option<[Field<'a, InlinedAnyType>; 3]>,
-    /// What gradients do to the opacity, where they do anything.
+    /// Factors of the extinction, where the opacity depends on the gradient.
     thinning: Option<Thinning<'a>>,
 }
 

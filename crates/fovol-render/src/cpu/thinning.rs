@@ -67,7 +67,7 @@ impl<'a> Thinning<'a> {
 pub struct ByGradient<'a, 'v, 't, T: Texel> {
     /// The volume, scaled to indices of its table.
     pub field: &'a Field<'v, T>,
-    /// What its gradients do.
+    /// Factors of the extinction by its gradients.
     pub thinning: Thinning<'t>,
 }
 
