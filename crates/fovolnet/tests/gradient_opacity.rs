@@ -104,6 +104,7 @@ fn networks_rebuild_sparse_frames() {
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
 fn the_processor_takes_the_place_of_a_gpu() {
     let device = Device::Gpu(None).open().unwrap();
+    let expected = picture(&settings(&borders()));
     let [whole, borders] = [format!("{{{POINTS}}}"), borders()].map(|tf| settings(&tf).resolve().unwrap());
     let on = |settings, speed: &SpeedSettings| Pipeline::on(device.clone(), &head(), settings, speed);
     let required = SpeedSettings { device: Some(Device::Gpu(None)), ..SpeedSettings::default() };
@@ -113,12 +114,12 @@ fn the_processor_takes_the_place_of_a_gpu() {
     let replaced =
         |pipeline: &Pipeline| pipeline.notes().iter().any(|note| note.contains("on the processor"));
     assert!(replaced(&pipeline) && pipeline.machine().gpu.is_none());
-    assert_eq!(pipeline.render(0).unwrap().frame, picture(&self::settings(&self::borders())));
+    assert_eq!(pipeline.render(0).unwrap().frame, expected);
     pipeline.change(&whole).unwrap();
     assert!(!replaced(&pipeline) && pipeline.machine().gpu.is_some());
     pipeline.change(&borders).unwrap();
     assert!(pipeline.machine().gpu.is_none());
-    assert_eq!(pipeline.render(0).unwrap().frame, picture(&self::settings(&self::borders())));
+    assert_eq!(pipeline.render(0).unwrap().frame, expected);
     let mut pipeline = on(&whole, &required).unwrap();
     assert!(pipeline.change(&borders).is_err() && pipeline.machine().gpu.is_some());
     pipeline.render(0).unwrap();
