@@ -2,7 +2,7 @@
 
 mod harness;
 
-use eframe::egui::{accesskit::Role, vec2};
+use eframe::egui::{Event, Modifiers, PointerButton, accesskit::Role, vec2};
 use egui_kittest::kittest::Queryable;
 use fovolnet::core::Projection;
 use fovolnet::{Mode, VolumeSettings};
@@ -171,4 +171,40 @@ fn planes_are_dragged_in_the_picture() {
     assert!(cosine < 0.95 && (turned[3] - moved[3]).abs() < 1e-9, "{moved:?} {turned:?}");
     assert_eq!(opened(&window).camera(), camera, "the view stays");
     assert_eq!(viewer(&window).shown().unwrap().settings.planes.as_slice().len(), 1);
+}
+
+#[test]
+fn opacity_by_gradient_is_switched_and_its_points_are_dragged() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Some("head"), folder.path());
+    let label = "Opacity by gradient";
+    let curve = |window: &Window| opened(window).transfer().gradient().map(|curve| curve.points().to_vec());
+    let before = opened(&window).transfer().clone();
+    press(&mut window, label);
+    settle(&mut window);
+    let usual = curve(&window).unwrap();
+    assert_eq!(opened(&window).transfer().points(), before.points());
+    let shown = viewer(&window).shown().unwrap().settings.transfer_function.text().into_owned();
+    assert!(shown.contains("\"gradient\":"), "{shown}");
+    // Beside the points of the usual curve, a double click adds one.
+    let at = window.get_by_label(label).rect().left_bottom() + vec2(170.0, 40.0);
+    window.hover_at(at);
+    for pressed in [true, false, true, false] {
+        let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+        window.event(Event::PointerButton { pos: at, button, pressed, modifiers });
+        window.step();
+    }
+    settle(&mut window);
+    let added = curve(&window).unwrap();
+    assert_eq!(added.len(), usual.len() + 1, "{added:?}");
+    drag(&mut window, at, at + vec2(25.0, -10.0));
+    let moved = curve(&window).unwrap();
+    assert!(moved[..2] == usual && moved[2][0] > added[2][0] && moved[2][1] > added[2][1], "{moved:?}");
+    // Switched off and on again, it is as it was.
+    press(&mut window, label);
+    settle(&mut window);
+    assert_eq!(curve(&window), None);
+    press(&mut window, label);
+    settle(&mut window);
+    assert_eq!(curve(&window), Some(moved));
 }

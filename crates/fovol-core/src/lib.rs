@@ -84,7 +84,7 @@ pub use sample_mask::SampleMask;
 pub use scene::{Integration, Scene, Shading, ShadowMode, SurfaceShading};
 pub use sparse_frame::SparseFrame;
 pub use summary::{Outlier, Statistics};
-pub use transfer_function::{ControlPoint, TransferFunction};
+pub use transfer_function::{ControlPoint, GradientOpacity, TransferFunction};
 pub use volume::{Rescale, Volume, VoxelBytes};
 pub use voxel::{Dtype, Endian, Voxel};
 pub use workers::keep_workers_spinning;

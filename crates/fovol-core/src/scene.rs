@@ -138,10 +138,11 @@ impl Scene {
     }
 
     /// Effective integration along rays. Between neighbouring voxels of labels there are no values to integrate over, so the
-    /// nearest voxels are always point samples. So are several volumes, and voxels with colours of their own.
+    /// nearest voxels are always point samples. So are several volumes, voxels with colours of their own, and opacities
+    /// that depend on the gradient.
     pub fn marching_integration(&self) -> Integration {
         match self.interpolation {
-            Interpolation::Linear if !self.is_layered() => self.integration,
+            Interpolation::Linear if !self.is_layered() && !self.has_gradient_opacity() => self.integration,
             _ => Integration::Plain,
         }
     }
@@ -149,6 +150,14 @@ impl Scene {
     /// Whether samples blend several volumes, or have colours of their own.
     pub fn is_layered(&self) -> bool {
         self.colours.is_some() || !self.layers.is_empty()
+    }
+
+    /// Whether the opacity of any volume depends on the gradient of its values. Only [`RayMode::Composite`] shows that:
+    /// projections and isosurfaces ignore it.
+    pub fn has_gradient_opacity(&self) -> bool {
+        let others = self.layers.iter().map(|layer| &layer.transfer_function);
+        let mut all = std::iter::once(&self.transfer_function).chain(others);
+        self.mode == RayMode::Composite && all.any(|transfer| transfer.gradient_opacity().is_some())
     }
 
     /// Effective step along rays, in voxels of the smallest spacing.

@@ -1,7 +1,9 @@
 mod control_point;
+mod gradient_opacity;
 mod nan;
 
 pub use control_point::ControlPoint;
+pub use gradient_opacity::GradientOpacity;
 
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -11,7 +13,7 @@ use serde::{Deserialize, Serialize};
 /// The function is constant before the first and after the last control point. Two points at one value make a step;
 /// at the value itself the later point holds. With a [range](Self::range), v covers these data values instead of the
 /// displayed range; [`TransferFunction::over`] converts. NaN can have a colour of its own and is transparent
-/// otherwise.
+/// otherwise. Opacity can also depend on the gradient of the values, see [`GradientOpacity`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Points", into = "Points")]
 pub struct TransferFunction {
@@ -19,6 +21,7 @@ pub struct TransferFunction {
     range: Option<[f64; 2]>,
     /// Colour and opacity of NaN.
     nan: Option<[f64; 4]>,
+    gradient: Option<GradientOpacity>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -29,6 +32,9 @@ struct Points {
     range: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     nan: Option<[f64; 4]>,
+    /// Points of [`GradientOpacity`], in the unit of v.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    gradient: Option<Vec<Vec<f64>>>,
 }
 
 impl TryFrom<Points> for TransferFunction {
@@ -36,9 +42,10 @@ impl TryFrom<Points> for TransferFunction {
 
     fn try_from(p: Points) -> Result<Self> {
         let points = p.points.iter().enumerate().map(ControlPoint::of_numbers).collect::<Result<_>>()?;
+        let gradient = p.gradient.map(|points| GradientOpacity::of_lists(&points)).transpose()?;
         let function = match p.range {
-            Some(range) => in_range(points, range),
-            None => Self::new(points),
+            Some(range) => in_range(points, gradient, range),
+            None => Ok(Self::new(points)?.with_gradient(gradient)),
         };
         match p.nan {
             Some(nan) => function?.with_nan(nan),
@@ -50,13 +57,18 @@ impl TryFrom<Points> for TransferFunction {
 impl From<TransferFunction> for Points {
     fn from(tf: TransferFunction) -> Self {
         let points = tf.points.iter().map(|&point| <[f64; 5]>::from(point).to_vec()).collect();
-        Self { points, range: tf.range, nan: tf.nan }
+        let gradient = tf.gradient.map(|curve| curve.points().iter().map(|point| point.to_vec()).collect());
+        Self { points, range: tf.range, nan: tf.nan, gradient }
     }
 }
 
-/// Transfer function of `points` over the data values `range`. Values of points are fractions of the range, or data
-/// values if one lies outside [0, 1] or if the first and the last are the ends of the range.
-fn in_range(mut points: Vec<ControlPoint>, range: [f64; 2]) -> Result<TransferFunction> {
+/// Transfer function of `points` and `gradient` over the data values `range`. Values of points are fractions of the
+/// range, or data values if one lies outside [0, 1] or if the first and the last are the ends of the range.
+fn in_range(
+    mut points: Vec<ControlPoint>,
+    mut gradient: Option<GradientOpacity>,
+    range: [f64; 2],
+) -> Result<TransferFunction> {
     let [lo, hi] = checked_range(range)?;
     let ends = [points.first(), points.last()].map(|p| p.map(|p| p.value));
     let has_ends = ends == [Some(lo), Some(hi)];
@@ -68,8 +80,9 @@ fn in_range(mut points: Vec<ControlPoint>, range: [f64; 2]) -> Result<TransferFu
             )));
         }
         points.iter_mut().for_each(|p| p.value = ((p.value - lo) / (hi - lo)).clamp(0.0, 1.0));
+        gradient = gradient.map(|curve| curve.scaled((hi - lo).recip()));
     }
-    TransferFunction::new(points)?.with_range(Some(range))
+    TransferFunction::new(points)?.with_gradient(gradient).with_range(Some(range))
 }
 
 fn checked_range([lo, hi]: [f64; 2]) -> Result<[f64; 2]> {
@@ -110,7 +123,15 @@ impl TransferFunction {
                 )));
             }
         }
-        Ok(Self { points, range: None, nan: None })
+        Ok(Self { points, range: None, nan: None, gradient: None })
+    }
+
+    /// Replaces the control points and keeps everything else.
+    ///
+    /// # Errors
+    /// Errors of [`Self::new`].
+    pub fn with_points(self, points: Vec<ControlPoint>) -> Result<Self> {
+        Ok(Self { points: Self::new(points)?.points, ..self })
     }
 
     /// Sets the data values that v covers; `None` is the displayed range.
@@ -141,7 +162,7 @@ impl TransferFunction {
         };
         if to <= from {
             // All values are equal.
-            return Self { points: vec![at(0.0)], range: None, nan: self.nan };
+            return Self { points: vec![at(0.0)], range: None, ..self.clone() };
         }
         let moved = self.points.iter().map(|p| {
             let value = (lo + p.value * (hi - lo) - from) / (to - from);
@@ -164,12 +185,13 @@ impl TransferFunction {
         if after && points[points.len() - 1].value < 1.0 {
             points.push(at(1.0));
         }
-        Self { points, range: None, nan: self.nan }
+        let gradient = self.gradient.as_ref().map(|curve| curve.scaled((hi - lo) / (to - from)));
+        Self { points, range: None, nan: self.nan, gradient }
     }
 
     /// Converts a function over logarithms of values to one over linear values in `shown`. Logarithms run from the
     /// `least` positive value to the upper end; values up to `least` get the colour of v = 0. The function's own
-    /// range is dropped.
+    /// range is dropped. Gradients stay those of linear values.
     ///
     /// # Errors
     /// [`Error::TransferFunction`] where no positive value is shown.
@@ -190,7 +212,7 @@ impl TransferFunction {
         let mut breaks = vec![0.0, 1.0];
         breaks.extend(self.points.iter().map(|p| linear(p.value)));
         let function = Self::of_curve(&breaks, |v| self.evaluate(logarithm(v)))?;
-        Ok(Self { nan: self.nan, ..function })
+        Ok(Self { nan: self.nan, gradient: self.gradient.clone(), ..function })
     }
 
     /// Approximates `curve` (v in [0, 1] to RGBA) to a fifth of an 8-bit step.
@@ -240,6 +262,7 @@ impl TransferFunction {
             ],
             range: None,
             nan: None,
+            gradient: None,
         }
     }
 

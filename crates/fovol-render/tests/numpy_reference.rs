@@ -3,8 +3,9 @@
 
 use flate2::read::GzDecoder;
 use fovol_core::{
-    Camera, CameraPath, ClipBox, ClipPlane, ClipPlanes, ControlPoint, Dtype, FrameSize, Grid, Interpolation,
-    Layer, Light, RayMode, Scene, Shading, ShadowMode, SurfaceShading, TransferFunction, Volume,
+    Camera, CameraPath, ClipBox, ClipPlane, ClipPlanes, ControlPoint, Dtype, FrameSize, GradientOpacity,
+    Grid, Interpolation, Layer, Light, RayMode, Scene, Shading, ShadowMode, SurfaceShading, TransferFunction,
+    Volume,
 };
 use fovol_render::cpu::{RenderOptions, Renderer, available_simd};
 use serde::Deserialize;
@@ -57,6 +58,8 @@ struct PictureCase {
     planes: Vec<[f64; 4]>,
     /// Axes along which the volume is mirrored for red, green and blue of its voxels.
     colours: Option<[usize; 3]>,
+    /// Points of gradient and factor of the opacity.
+    gradient_opacity: Option<Vec<[f64; 2]>>,
     #[serde(default)]
     layers: Vec<LayerCase>,
 }
@@ -67,6 +70,7 @@ struct LayerCase {
     mirrored: usize,
     transfer_function: String,
     interpolation: Interpolation,
+    gradient_opacity: Option<Vec<[f64; 2]>>,
 }
 
 #[derive(Deserialize)]
@@ -105,10 +109,13 @@ impl VolumeCase {
 
 impl PictureCase {
     fn scene(&self, cases: &Cases, volume: &Arc<Volume>) -> Scene {
-        let function = |name: &str| TransferFunction::new(cases.transfer_functions[name].clone()).unwrap();
+        let function = |name: &str, gradient: &Option<Vec<[f64; 2]>>| {
+            let gradient = gradient.clone().map(|points| GradientOpacity::new(points).unwrap());
+            TransferFunction::new(cases.transfer_functions[name].clone()).unwrap().with_gradient(gradient)
+        };
         let layer = |layer: &LayerCase| Layer {
             volume: mirrored(volume, layer.mirrored),
-            transfer_function: function(&layer.transfer_function),
+            transfer_function: function(&layer.transfer_function, &layer.gradient_opacity),
             colours: None,
             interpolation: layer.interpolation,
         };
@@ -128,7 +135,7 @@ impl PictureCase {
             clip: Some(ClipBox::whole(volume.grid()).with_planes(ClipPlanes::new(&planes).unwrap())),
             colours: self.colours.map(|axes| axes.map(|axis| mirrored(volume, axis))),
             layers: self.layers.iter().map(layer).collect(),
-            ..Scene::new(volume.clone(), function(&self.transfer_function))
+            ..Scene::new(volume.clone(), function(&self.transfer_function, &self.gradient_opacity))
         }
     }
 }

@@ -93,6 +93,23 @@ class Volume:
             columns.append(rise / (2.0 * self.voxel_size[axis]))
         return np.stack(columns, axis=1)
 
+    def lengths(self):
+        """A volume of the lengths of the gradients at voxels: central differences over +-1 voxel in world units, per
+        mean edge of a voxel. Beyond the edge the last voxel repeats, and so does a voxel beside NaN.
+        """
+        here = self.unit
+        squared = 0.0
+        for axis in range(3):
+            along = 2 - axis
+            index = np.arange(here.shape[along])
+            before = np.take(here, np.maximum(index - 1, 0), along)
+            after = np.take(here, np.minimum(index + 1, index[-1]), along)
+            before, after = (np.where(np.isnan(side), here, side) for side in (before, after))
+            squared = squared + ((after - before) / (2.0 * self.voxel_size[axis])) ** 2
+        lengths = copy.copy(self)
+        lengths.unit = np.where(np.isnan(here), 0.0, np.sqrt(squared) * self.voxel_size.mean())
+        return lengths
+
     def interval(self, origins, directions):
         """Where rays enter and leave the box; enter >= leave where they miss it."""
         with np.errstate(divide="ignore"):
@@ -133,10 +150,21 @@ def lerp(a, b, f):
 
 
 class TransferFunction:
-    """Points [v, r, g, b, a] and what lies between: "Piecewise linear RGBA over v in [0,1]"."""
+    """Points [v, r, g, b, a] and what lies between: "Piecewise linear RGBA over v in [0,1]". With points of length and
+    factor, the factor of the extinction depends on the gradient.
+    """
 
-    def __init__(self, points):
+    def __init__(self, points, gradient=None):
         self.points = np.asarray(points, dtype=np.float64)
+        self.gradient = None if gradient is None else np.asarray(gradient, dtype=np.float64)
+
+    def alpha_at(self, volume, positions, voxels):
+        """Opacity of a step `voxels` long at `positions` of `volume`: 1 - exp(-extinction x factor x voxels)."""
+        v = volume.sample(positions)
+        if self.gradient is None:
+            return self.alpha(v, voxels)
+        factor = np.interp(volume.lengths().sample(positions), self.gradient[:, 0], self.gradient[:, 1])
+        return -np.expm1(-extinction(self.alpha(v, 1.0)) * factor * voxels)
 
     def colour(self, v):
         return np.stack([np.interp(v, self.points[:, 0], self.points[:, c]) for c in (1, 2, 3)], axis=1)
@@ -260,12 +288,11 @@ def appearance(scene, positions, voxels):
     """
     colours, clear, weights = 0.0, 1.0, 0.0
     for number, (volume, transfer) in enumerate(((scene.volume, scene.transfer), *scene.layers)):
-        v = volume.sample(positions)
-        alpha = transfer.alpha(v, voxels)
-        colour = transfer.colour(v)
+        alpha = transfer.alpha_at(volume, positions, voxels)
+        colour = transfer.colour(volume.sample(positions))
         if number == 0 and scene.colours:
             colour = np.stack([channel.sample(positions) for channel in scene.colours], axis=1)
-        weight = extinction(transfer.alpha(v, 1.0))[:, None]
+        weight = extinction(transfer.alpha_at(volume, positions, 1.0))[:, None]
         colours = colours + np.where(weight > 0.0, weight * colour, 0.0)
         weights = weights + weight
         clear = clear * (1.0 - alpha)
@@ -297,7 +324,7 @@ def facing(scene, positions):
     volumes = ((scene.volume, scene.transfer), *scene.layers)
     if len(volumes) == 1:
         return facing_in(scene.volume, scene.light, positions)
-    weights = [extinction(transfer.alpha(volume.sample(positions), 1.0)) for volume, transfer in volumes]
+    weights = [extinction(transfer.alpha_at(volume, positions, 1.0)) for volume, transfer in volumes]
     factors = [facing_in(volume, scene.light, positions) for volume, _ in volumes]
     whole = sum(weights)
     mean = sum(weight * factor for weight, factor in zip(weights, factors)) / np.where(whole > 0.0, whole, 1.0)
@@ -598,6 +625,10 @@ IN_ENGINE = still([0.1, 0.05, 0.12], [-0.3, -0.05, -0.2], 70.0)
 # Layers are the volume itself, mirrored along an axis (x is 0).
 LIKE_FLOW = {"mirrored": 0, "transfer_function": "flow", "interpolation": "linear"}
 LIKE_SPREAD = {"mirrored": 2, "transfer_function": "spread", "interpolation": "linear"}
+# Points of gradient and factor: borders alone, and less of them than of what they enclose.
+BORDERS = [[0.01, 0.0], [0.06, 1.0]]
+INSIDES = [[0.0, 1.0], [0.05, 0.15], [0.2, 0.4]]
+LIKE_FLOW_BORDERS = LIKE_FLOW | {"gradient_opacity": BORDERS}
 NEAREST = {"mirrored": 1, "transfer_function": "spread", "interpolation": "nearest"}
 ENGINE, BI2O3, LUNG = list(VOLUMES)[3:]
 
@@ -658,6 +689,15 @@ PICTURES = {
     ),
     "simulation_layers": picture("simulation", "flow", along("orbit", 33), WARM, layers=[LIKE_FLOW]),
     "slices_layers": picture("slices", "hounsfield", along("orbit", 40), LOW, layers=[NEAREST, LIKE_FLOW]),
+    "ct_borders": picture("ct", "ct", along("orbit", 110), WARM, gradient_opacity=BORDERS),
+    "ct_borders_inside": picture("ct", "ct", IN_CT, LOW, gradient_opacity=INSIDES, gradient=True, step=0.7),
+    "simulation_borders": picture("simulation", "flow", along("orbit", 33), WARM, gradient_opacity=BORDERS),
+    "slices_borders": picture(
+        "slices", "hounsfield", along("orbit", 40), LOW, gradient_opacity=BORDERS, gradient=True
+    ),
+    "ct_borders_layers": picture(
+        "ct", "ct", along("orbit", 250), WARM, gradient_opacity=INSIDES, layers=[LIKE_FLOW_BORDERS]
+    ),
     "engine_gradient": picture(ENGINE, "ct", along("orbit", 60), WARM, gradient=True, size=[48, 36]),
     "engine_inside": picture(ENGINE, "ct", IN_ENGINE, LOW, size=[48, 36], step=0.75),
     "bi2o3_shadows": picture(BI2O3, "spread", along("orbit", 120), WARM, size=[48, 36]),
@@ -681,7 +721,9 @@ def scene_of(described, volume):
     volume.nearest = described.get("interpolation") == "nearest"
     return Scene(
         volume=volume,
-        transfer=TransferFunction(TRANSFER_FUNCTIONS[described["transfer_function"]]),
+        transfer=TransferFunction(
+            TRANSFER_FUNCTIONS[described["transfer_function"]], described.get("gradient_opacity")
+        ),
         light=normalised(described["light"]),
         ambient=described["ambient"],
         shadows=described["shadows"],
@@ -695,7 +737,9 @@ def scene_of(described, volume):
         layers=tuple(
             (
                 mirrored(volume, layer["mirrored"], layer["interpolation"] == "nearest"),
-                TransferFunction(TRANSFER_FUNCTIONS[layer["transfer_function"]]),
+                TransferFunction(
+                    TRANSFER_FUNCTIONS[layer["transfer_function"]], layer.get("gradient_opacity")
+                ),
             )
             for layer in described.get("layers", ())
         ),

@@ -85,6 +85,29 @@ fn volume_properties_are_read() {
 }
 
 #[test]
+fn opacity_by_gradient_of_volume_properties_is_kept() {
+    let property = |gradients: &str| {
+        let json = format!(
+            r#"{{"name":"x","scalarOpacity":"4 -100 0 300 1","colorTransfer":"8 -100 0 0 0 300 1 1 1","gradientOpacity":"{gradients}"}}"#
+        );
+        parse(Path::new("tf"), &json, None)
+    };
+    let points = |gradients: &str| {
+        let imported = property(gradients).unwrap();
+        assert!(imported.notes.is_empty(), "{:?}", imported.notes);
+        imported.transfer.gradient().map(|curve| curve.scaled(400.0).points().to_vec())
+    };
+    assert_eq!(points("6 0 0 20 0.5 100 1"), Some(vec![[0.0, 0.0], [20.0, 0.5], [100.0, 1.0]]));
+    assert_eq!(points("4 0 1 255 1"), None);
+    assert_eq!(points("4 100 1 0 0"), Some(vec![[0.0, 0.0], [100.0, 1.0]]));
+    assert_eq!(points("4 -10 0 30 1"), Some(vec![[0.0, 0.25], [30.0, 1.0]]));
+    assert!(property("4 0 1 255").is_err());
+    let vp = "1\n10\n0.2\n0.1\n0.9\n1\n4 0 0 100 1\n4 0 0 50 1\n8 0 0 0 0 100 1 1 1\n";
+    let curve = parse(Path::new("tf"), vp, None).unwrap().transfer;
+    assert_eq!(curve.gradient().unwrap().points(), [[0.0, 0.0], [0.5, 1.0]]);
+}
+
+#[test]
 fn absolute_points_and_masks_of_inviwo() {
     let file = |kind: u8, least: f64| {
         format!(

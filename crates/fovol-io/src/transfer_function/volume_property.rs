@@ -7,6 +7,7 @@ use super::joined::joined;
 use super::paraview::opacity_curve;
 use super::warp::Warp;
 use crate::{Error, Result};
+use fovol_core::{GradientOpacity, TransferFunction};
 #[cfg(feature = "files")]
 use quick_xml::events::BytesStart;
 use serde_json::Value;
@@ -75,12 +76,37 @@ impl Lists {
         let mut imported = joined(path, &ColourCurve::new(nodes, Interpolation::Rgb), opacities.as_ref())?;
         if let Some(gradients) = &self.gradients {
             let gradients = numbers::<2>(path, "gradientOpacity", Some(gradients))?;
-            if gradients.iter().any(|[_, opacity]| *opacity != 1.0) {
-                imported.notes.push("its opacity by gradient is left out".to_owned());
-            }
+            imported.transfer = with_gradients(imported.transfer, gradients)
+                .map_err(|e| Error::malformed(path, e.to_string()))?;
         }
         Ok(imported)
     }
+}
+
+/// `transfer` with the opacity by gradient of VTK: factors at lengths in data values per mean edge of a voxel.
+///
+/// Points in any order and below 0 are as VTK takes them: sorted, and evaluated at 0. Factors of 1 alone change nothing.
+fn with_gradients(
+    transfer: TransferFunction,
+    mut points: Vec<[f64; 2]>,
+) -> fovol_core::Result<TransferFunction> {
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let below = points.partition_point(|point| point[0] < 0.0);
+    if below > 0 {
+        let before = points[below - 1];
+        let at_zero = points.get(below).map_or(before[1], |after| {
+            before[1] - before[0] / (after[0] - before[0]) * (after[1] - before[1])
+        });
+        points.splice(..below, [[0.0, at_zero]]);
+    }
+    let clamped = points.into_iter().map(|[length, factor]| [length, factor.clamp(0.0, 1.0)]);
+    let curve = GradientOpacity::new(clamped.collect())?;
+    if curve.is_neutral() {
+        return Ok(transfer);
+    }
+    // A function of one value has no range; its gradients are 0 anyway.
+    let [lo, hi] = transfer.range().unwrap_or([0.0, 1.0]);
+    Ok(transfer.with_gradient(Some(curve.scaled((hi - lo).recip()))))
 }
 
 /// Whether `text` is made of lines of numbers alone, at least one of which is a counted list.

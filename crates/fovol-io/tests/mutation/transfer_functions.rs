@@ -8,6 +8,7 @@ pub fn all() -> Vec<Vec<u8>> {
 const SEEDS: &[&str] = &[
     r#"{"points":[[0,0,0,0,0],[0.5,1,0.5,0,0.2],[1,1,1,1,1]]}"#,
     r#"{"range":[-1000,3000],"points":[[-1000,0,0,0,0],[200,1,0.5,0,0.2],[3000,1,1,1,1]]}"#,
+    r#"{"range":[-10,30],"points":[[-10,0,0,0,0],[30,1,1,1,1]],"gradient":[[0,0],[2.5,0.5],[2.5,0.8],[9,1]]}"#,
     r#"[{"Name":"a","ColorSpace":"Lab","NanColor":[1,1,0],"NanOpacity":0.5,"RGBPoints":[-100,0,0,0, 50,0.2,0.9,0.1, 300,1,1,1],
         "Points":[-50,0,0.2,0, 20,0.8,0.7,0.5, 90,0.1,0.5,1],},]"#,
     r#"[{"Name":"b","ColorSpace":"Step","UseLogScale":1,"RGBPoints":[0.01,0,0,0, 1,1,0,0, 1000,1,1,1]},
@@ -18,7 +19,7 @@ const SEEDS: &[&str] = &[
     r#"{"ColorSpace":"Lab/CIEDE2000","RGBPoints":[0,1,0,0, 1,0,0,1]}"#,
     r#"{"ColorSpace":"RGB","UseLogScale":1,"RGBPoints":[0.01,0,0,0, 1,1,0,0, 1000,1,1,1]}"#,
     r#"[{"Name":"tissue","Annotations":["1","liver","3","bone","none",""],"IndexedColors":[1,0,0, 0,0,1, 0,1,0],"IndexedOpacities":[0.8,0.8,0]}]"#,
-    r#"{"name":"CT","scalarOpacity":"8 -1000 0 152.19 0 278.93 0.19 952 0.2","gradientOpacity":"4 0 1 255 1",
+    r#"{"name":"CT","scalarOpacity":"8 -1000 0 152.19 0 278.93 0.19 952 0.2","gradientOpacity":"6 -5 0 20 0.5 255 1",
         "colorTransfer":"8 -1000 0.3 0.3 1 3000 1 1 1","interpolation":"1","shade":"1"}"#,
     r#"<MRML><VolumeProperty id="x" name="CT-Bone" gradientOpacity="4 0 1 255 1" scalarOpacity="4 0 0 9 1" colorTransfer="8 0 0 0 0 9 1 1 1"/>
         <VolumeProperty name="b" scalarOpacity="4 0 0 5 1" colorTransfer="8 0 0 0 0 5 1 1 1"/></MRML>"#,

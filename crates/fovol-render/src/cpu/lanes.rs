@@ -5,7 +5,7 @@ use super::field::{AnyType, AnyValues, Field, Texel, with_field};
 use super::fine::FineKernel;
 use super::in_vectors::InVectors;
 use super::kernel::{Kernel, Lighting};
-use super::layered::{Layer, Layered};
+use super::layered::{Layer, LayerVoxels, Layered};
 use super::march::SampleCount;
 use super::march_memory::MarchMemory;
 use super::medium::{Medium, OneVolume};
@@ -45,17 +45,13 @@ impl Renderer {
             return (out, count);
         }
         let count = match self.mode {
-            RayMode::Composite if self.is_layered() => {
+            RayMode::Composite if self.blends() => {
                 let kernel = &self.kernel(self.layered(), few);
                 let scratch = &mut scratch.plain;
                 Layered::in_vectors(simd, InVectors { kernel, rays, pixels, scratch, out: &mut out })
             }
             _ if !self.is_layered() => {
-                let volume = ColouredVolume {
-                    bricks: &self.bricks,
-                    transfer: &self.transfer,
-                    table: &self.prepared.table,
-                };
+                let volume = self.first();
                 self.march_volume(volume, (rays, pixels, few), scratch, &mut out)
             }
             _ => self.march_projections((rays, pixels), scratch, &mut out),
@@ -141,10 +137,18 @@ impl Renderer {
 
     /// All volumes as one medium.
     fn layered(&self) -> Layered<'_> {
-        let first = (&self.bricks, self.colours.as_ref());
-        let others = self.layers.iter().map(|layer| (&layer.bricks, layer.colours.as_ref()));
+        let first = LayerVoxels {
+            bricks: &self.bricks,
+            colours: self.colours.as_ref(),
+            gradients: self.gradients.as_ref(),
+        };
+        let others = self.layers.iter().map(|layer| LayerVoxels {
+            bricks: &layer.bricks,
+            colours: layer.colours.as_ref(),
+            gradients: layer.gradients.as_ref(),
+        });
         let all = std::iter::once(first).chain(others).zip(&self.prepared.blending);
-        Layered(all.map(|(volume, table)| Layer::new(volume, self.voxel_size(), table)).collect())
+        Layered(all.map(|(voxels, table)| Layer::new(voxels, self.voxel_size(), table)).collect())
     }
 
     /// The edges of a voxel in world units.

@@ -1,13 +1,15 @@
-//! Several volumes at the same points, and volumes whose voxels have colours, as lanes see them.
+//! Several volumes at the same points, and volumes whose voxels have colours or whose opacity depends on the gradient,
+//! as lanes see them.
 
-use super::field::{AnyType, AnyValues, Field, InlinedAnyType, with_field};
+use super::field::{AnyType, AnyValues, Field, InlinedAnyType, Texel, with_field};
 use super::medium::{Look, Medium, OneVolume, WayToLight, colours, packed};
 use super::shadow_pool::ShadowPool;
-use super::shadow_rays::{Parts, ShadowRays};
+use super::shadow_rays::{Absorber, ByValue, Parts, ShadowRays};
+use super::thinning::{ByGradient, Thinning};
 use crate::scene::{BlendTable, Bricks};
 use fovol_simd::{Simd, SimdF32, SimdF32Op};
 
-/// Several volumes at the same points.
+/// Volumes at the same points: several, or one that is more than values and a table.
 pub struct Layered<'a>(pub Vec<Layer<'a>>);
 
 /// One of several volumes.
@@ -20,30 +22,53 @@ pub struct Layer<'a> {
     extinction: &'a [f32],
     /// Red, green and blue of the voxels, where these have colours.
     colours: Option<[Field<'a, InlinedAnyType>; 3]>,
+    /// Factors of the extinction, where the opacity depends on the gradient.
+    thinning: Option<Thinning<'a>>,
+}
+
+/// Voxels of one of several volumes.
+#[derive(Clone, Copy)]
+pub struct LayerVoxels<'a> {
+    /// The values.
+    pub bricks: &'a Bricks,
+    /// Red, green and blue, where voxels have colours.
+    pub colours: Option<&'a [Bricks; 3]>,
+    /// Lengths of the gradients, where the opacity depends on them.
+    pub gradients: Option<&'a Bricks>,
 }
 
 impl<'a> Layer<'a> {
-    /// The volume of `bricks`, whose voxels may have `colours`, with `table`.
-    pub fn new(
-        (bricks, colours): (&'a Bricks, Option<&'a [Bricks; 3]>),
-        voxel_size: [f32; 3],
-        table: &'a BlendTable,
-    ) -> Self {
+    /// The volume of `voxels` with `table`.
+    pub fn new(voxels: LayerVoxels<'a>, voxel_size: [f32; 3], table: &'a BlendTable) -> Self {
+        let LayerVoxels { bricks, colours, gradients } = voxels;
         let field = |bricks: &'a Bricks, unit: f32| {
             Field::<InlinedAnyType>::new(bricks, AnyValues::new(bricks), unit)
         };
         let own = OneVolume::new(field(bricks, table.transfer.scale()), voxel_size, &table.transfer);
         let colours = colours.map(|colours| colours.each_ref().map(|channel| field(channel, 1.0)));
-        Self { bricks, own, extinction: &table.extinction, colours }
+        let thinning = Thinning::new(gradients, table);
+        Self { bricks, own, extinction: &table.extinction, colours, thinning }
     }
 
-    /// Extinction at `p` where the table may show anything, and 0 elsewhere.
+    /// Extinction at `p`, where the table has the `entry`, if it may show anything, and 0 elsewhere.
     #[inline(always)]
-    fn extinction<V: SimdF32>(&self, entry: V, shown: V::Mask) -> V {
+    fn extinction<V: SimdF32>(&self, p: [V; 3], entry: V, shown: V::Mask) -> V {
         let zero = entry.splat(0.0);
-        // SAFETY: the field is scaled to indices of the table.
-        let extinction = unsafe { V::gather(self.extinction, entry.to_i32()) };
+        let extinction = match &self.thinning {
+            Some(thinning) => thinning.extinction(p, entry),
+            // SAFETY: the field is scaled to indices of the table.
+            None => unsafe { V::gather(self.extinction, entry.to_i32()) },
+        };
         V::select(shown, extinction, zero)
+    }
+
+    /// α of one shadow step at `p`.
+    #[inline(always)]
+    fn shadow_alpha<V: SimdF32>(&self, p: [V; 3]) -> V {
+        match &self.thinning {
+            Some(thinning) => thinning.shadow_alpha(p, self.own.entry(p)),
+            None => self.own.shadow_alpha(p),
+        }
     }
 }
 
@@ -60,9 +85,13 @@ impl Layered<'_> {
             if V::bits_of(shown) == 0 {
                 continue;
             }
-            any |= V::bits_of(shown);
-            let weight = layer.extinction(entry, shown);
-            let own = layer.own.look(entry, shown);
+            let weight = layer.extinction(p, entry, shown);
+            let mut own = layer.own.look(entry, shown);
+            if let Some(thinning) = &layer.thinning {
+                own.alpha = thinning.alpha(weight);
+                own.shown = V::bits_of(weight.simd_gt(zero));
+            }
+            any |= own.shown;
             let rgb = match &layer.colours {
                 Some([red, green, blue]) => [red.sample(p), green.sample(p), blue.sample(p)],
                 None => colours(own.packed),
@@ -99,7 +128,7 @@ impl Medium for Layered<'_> {
         for layer in &self.0 {
             let entry = layer.own.entry(p);
             let shown = layer.own.shown(entry, all);
-            let weight = layer.extinction(entry, shown);
+            let weight = layer.extinction(p, entry, shown);
             whole = whole + weight;
             sum = weight.mul_add(layer.own.facing(p, light), sum);
         }
@@ -111,7 +140,7 @@ impl Medium for Layered<'_> {
         let one = p[0].splat(1.0);
         let mut clear = one;
         for layer in &self.0 {
-            clear = clear * (one - layer.own.shadow_alpha(p));
+            clear = clear * (one - layer.shadow_alpha(p));
         }
         one - clear
     }
@@ -141,14 +170,38 @@ impl Medium for Layered<'_> {
 impl Layer<'_> {
     fn trace(&self, to_light: &WayToLight<'_>, pool: &mut ShadowPool, parts: &mut Parts) -> u64 {
         let unit = self.own.table.scale();
-        let (alpha, light) = (&self.own.table.shadow_alpha[..], to_light.path);
-        let columns = to_light.columns;
         if to_light.simd == Simd::Portable {
             let field = Field::<AnyType>::new(self.bricks, AnyValues::new(self.bricks), unit);
-            return ShadowRays { field: &field, alpha, light, columns }.trace(to_light.simd, pool, parts);
+            return self.trace_in(&field, to_light, pool, parts);
         }
-        with_field!(self.bricks, unit, field => {
-            ShadowRays { field: &field, alpha, light, columns }.trace(to_light.simd, pool, parts)
-        })
+        with_field!(self.bricks, unit, field => self.trace_in(&field, to_light, pool, parts))
     }
+
+    /// [`Self::trace`] through the voxels as `field`, which is scaled to indices of the table.
+    fn trace_in<T: Texel>(
+        &self,
+        field: &Field<'_, T>,
+        to_light: &WayToLight<'_>,
+        pool: &mut ShadowPool,
+        parts: &mut Parts,
+    ) -> u64 {
+        match self.thinning {
+            Some(thinning) => traced(ByGradient { field, thinning }, to_light, pool, parts),
+            None => {
+                let alpha = &self.own.table.shadow_alpha;
+                traced(ByValue { field, alpha }, to_light, pool, parts)
+            }
+        }
+    }
+}
+
+/// Traces the shadow rays of `pool` through `absorber`; returns how many samples that took.
+fn traced(
+    absorber: impl Absorber,
+    to_light: &WayToLight<'_>,
+    pool: &mut ShadowPool,
+    parts: &mut Parts,
+) -> u64 {
+    let rays = ShadowRays { absorber, light: to_light.path, columns: to_light.columns };
+    rays.trace(to_light.simd, pool, parts)
 }

@@ -1,5 +1,6 @@
 //! A row of columns of light on its way through a slice.
 
+use super::fine::passing;
 use fovol_simd::{SimdF32, SimdF32Op};
 use std::ops::Range;
 
@@ -13,8 +14,10 @@ pub struct Crossed<'a> {
     pub slices: [bool; 2],
     /// How far behind these lines, and behind their voxels, the columns are.
     pub shares: [f32; 2],
-    /// Transmittance from slice to slice, and of the first stretch of a shadow ray.
+    /// Transmittance from slice to slice, and of the first stretch of a shadow ray; with gradients, optical depth.
     pub tables: [&'a [f32]; 2],
+    /// Gradients of the voxels, where the extinction depends on them.
+    pub gradients: Option<CrossedGradients<'a>>,
     /// Where the sample of the first stretch lies, as a part of the way to the slice before.
     pub near: f32,
     /// Columns that are in the part that casts shadows, and those whose first sample is.
@@ -28,28 +31,56 @@ pub struct Crossed<'a> {
     pub count: usize,
 }
 
+/// Gradients of the voxels around a row of columns.
+pub struct CrossedGradients<'a> {
+    /// Places in the table of gradients, of the same voxels as the lines of entries.
+    pub lines: [&'a [f32]; 2],
+    /// Factors of the extinction.
+    pub factors: &'a [f32],
+    /// Places in the table for the last slice.
+    pub lengths: &'a mut [f32],
+}
+
 impl SimdF32Op for Crossed<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<V: SimdF32>(self, zero: V) {
+    fn run<V: SimdF32>(mut self, zero: V) {
         let [down, along] = [zero.splat(self.shares[0]), zero.splat(self.shares[1])];
         let near = zero.splat(self.near);
         let one = zero.splat(1.0);
         let mut at = 0;
         while at < self.count {
             let [here, next] = self.voxels;
-            let (here, next) = (self.between_lines(at + here, down), self.between_lines(at + next, down));
-            let entry = (next - here).mul_add(along, here);
+            let places = [at + here, at + next];
+            let entry = between(self.lines, places, [down, along]);
             let number = zero.iota() + zero.splat(at as f32);
             let (before, through) = (zero.load(&self.entries[at..]), zero.load(&self.through[at..]));
             let passed = zero.load(&self.passed[at..]);
             let from = V::select(before.simd_lt(zero), entry, before);
             let from_here = if self.slices[0] { from } else { entry };
             let to_before = if self.slices[1] { from } else { entry };
-            let first = looked_up((to_before - from_here).mul_add(near, from_here), self.tables[1]);
+            let near_entry = (to_before - from_here).mul_add(near, from_here);
+            let mut first = looked_up(near_entry, self.tables[1]);
+            let mut passing_here = looked_up(entry, self.tables[0]);
+            if let Some(gradients) = &mut self.gradients {
+                let length = between(gradients.lines, places, [down, along]);
+                let last = zero.load(&gradients.lengths[at..]);
+                let from = V::select(before.simd_lt(zero), length, last);
+                let from_here = if self.slices[0] { from } else { length };
+                let to_before = if self.slices[1] { from } else { length };
+                let near_length = (to_before - from_here).mul_add(near, from_here);
+                first = passing(first * gradients.factor(near_entry, near_length));
+                passing_here = passing(passing_here * gradients.factor(entry, length));
+                if self.count - at >= V::N {
+                    length.store(&mut gradients.lengths[at..]);
+                } else {
+                    let ours = zero.iota().simd_lt(zero.splat((self.count - at) as f32));
+                    V::select(ours, length, last).store(&mut gradients.lengths[at..]);
+                }
+            }
             (passed * V::select(is_in(number, &self.sees), first, one)).store(&mut self.light[at..]);
-            let now = V::select(is_in(number, &self.casts), looked_up(entry, self.tables[0]), one);
+            let now = V::select(is_in(number, &self.casts), passing_here, one);
             if self.count - at >= V::N {
                 (passed * through).store(&mut self.passed[at..]);
                 now.store(&mut self.through[at..]);
@@ -66,14 +97,31 @@ impl SimdF32Op for Crossed<'_> {
     }
 }
 
-impl Crossed<'_> {
-    /// Entries between the lines from `at` on, the part `down` of the way from the first to the second.
+impl CrossedGradients<'_> {
+    /// Factors of the extinction at `lengths`; 1 where the entry is NaN.
     #[inline(always)]
-    fn between_lines<V: SimdF32>(&self, at: usize, down: V) -> V {
-        let above = down.load(&self.lines[0][at..]);
-        let below = down.load(&self.lines[1][at..]);
-        (below - above).mul_add(down, above)
+    fn factor<V: SimdF32>(&self, entry: V, length: V) -> V {
+        let zero = entry.splat(0.0);
+        let length = length.max(zero).min(zero.splat((self.factors.len() - 1) as f32));
+        // SAFETY: lengths are 0 or more, and at most the last index.
+        let factor = unsafe { V::gather(self.factors, (length + zero.splat(0.5)).to_i32()) };
+        V::select(entry.simd_ge(zero), factor, zero.splat(1.0))
     }
+}
+
+/// Numbers between the voxels at `places` of both lines, the parts `down` and `along` of the way.
+#[inline(always)]
+fn between<V: SimdF32>(lines: [&[f32]; 2], places: [usize; 2], [down, along]: [V; 2]) -> V {
+    let (here, next) = (between_lines(lines, places[0], down), between_lines(lines, places[1], down));
+    (next - here).mul_add(along, here)
+}
+
+/// Numbers between the lines from `at` on, the part `down` of the way from the first to the second.
+#[inline(always)]
+fn between_lines<V: SimdF32>(lines: [&[f32]; 2], at: usize, down: V) -> V {
+    let above = down.load(&lines[0][at..]);
+    let below = down.load(&lines[1][at..]);
+    (below - above).mul_add(down, above)
 }
 
 /// Whether each of `numbers` lies in `range`.

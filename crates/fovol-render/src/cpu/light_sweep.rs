@@ -1,7 +1,7 @@
 //! Transmittance towards the light, swept through the volume slice by slice.
 
-use super::light_crossing::Crossed;
-use crate::scene::{Bricks, Crossing, LightSlices};
+use super::light_crossing::{Crossed, CrossedGradients};
+use crate::scene::{Bricks, Crossing, GradientTable, LightSlices};
 use fovol_core::{Interpolation, LongWork, memory, stop};
 use fovol_simd::{MOST_LANES, Simd, SimdOp};
 use rayon::prelude::*;
@@ -20,10 +20,13 @@ pub struct LightSweep<'a> {
     pub clip: [[f32; 3]; 2],
     /// Planes that cut that part: weights of coordinates and a constant, whose sum is 0 or more inside.
     pub planes: &'a [[f32; 4]],
-    /// Transmittance from slice to slice for every entry of the transfer table; NaN last.
+    /// Transmittance from slice to slice for every entry of the transfer table; NaN last. With gradients, the optical
+    /// depth.
     pub transmittance: &'a [f32],
     /// Transmittance of the first stretch of a shadow ray, likewise.
     pub near_transmittance: &'a [f32],
+    /// Lengths of gradients and the factors of the extinction for them, where it depends on them.
+    pub gradient: Option<(&'a Bricks, &'a GradientTable)>,
     /// Way from a point to the sample of that stretch, in voxels.
     pub first_sample: [f32; 3],
     /// Instruction set.
@@ -120,6 +123,8 @@ struct Columns {
     /// Transmittance of the last slice, and its entry in the transfer table.
     through: Vec<f32>,
     entries: Vec<f32>,
+    /// Its place in the table of gradients; empty where there is none.
+    lengths: Vec<f32>,
     /// Columns along a row, with room for whole vectors.
     width: usize,
     /// First column along rows.
@@ -127,10 +132,11 @@ struct Columns {
 }
 
 impl Columns {
-    fn new([first, last]: [isize; 2]) -> Self {
+    fn new([first, last]: [isize; 2], have_gradients: bool) -> Self {
         let width = (last - first + 1) as usize + MOST_LANES;
         let numbers = |number| vec![number; width * (BAND + 1)];
-        Self { passed: numbers(1.0), through: numbers(1.0), entries: numbers(NEVER), width, first }
+        let lengths = if have_gradients { numbers(0.0) } else { Vec::new() };
+        Self { passed: numbers(1.0), through: numbers(1.0), entries: numbers(NEVER), lengths, width, first }
     }
 
     /// Place of the column that crosses a slice at voxel −1 in row `number`.
@@ -142,12 +148,20 @@ impl Columns {
 /// Lines of voxels of one slice around a band, in entries of the transfer table. Beyond the grid the nearest voxel repeats.
 struct Lines {
     entries: Vec<f32>,
+    /// Places in the table of gradients; empty where there is none.
+    lengths: Vec<f32>,
     width: usize,
 }
 
 impl Lines {
-    fn line(&self, number: isize) -> &[f32] {
-        &self.entries[number as usize * self.width..][..self.width]
+    fn new(width: usize, have_gradients: bool) -> Self {
+        let numbers = || vec![0.0; width * (BAND + 2)];
+        Self { entries: numbers(), lengths: if have_gradients { numbers() } else { Vec::new() }, width }
+    }
+
+    /// Line `number` of `entries` or `lengths`.
+    fn line<'l>(&self, of: &'l [f32], number: isize) -> &'l [f32] {
+        &of[number as usize * self.width..][..self.width]
     }
 }
 
@@ -166,9 +180,9 @@ impl LightSweep<'_> {
     /// Sweeps the columns of `band` through all slices.
     fn sweep(&self, band: Band<'_>) {
         let [rows, length] = self.slices.size();
-        let mut columns = Columns::new(self.slices.columns()[1]);
+        let mut columns = Columns::new(self.slices.columns()[1], self.gradient.is_some());
         let width = length + 2 + MOST_LANES;
-        let mut lines = Lines { entries: vec![0.0; width * (BAND + 2)], width };
+        let mut lines = Lines::new(width, self.gradient.is_some());
         let [mut before, mut here] = [vec![1.0; width], vec![1.0; width]];
         for (number, mut targets) in band.rows.into_iter().enumerate() {
             stop::point();
@@ -219,8 +233,15 @@ impl LightSweep<'_> {
             Interpolation::Linear => [0, 1],
             Interpolation::Nearest => [(part + 0.5) as isize; 2],
         };
+        let rows = both(slice.down.part).map(|more| row + more);
+        let gradients = self.gradient.map(|(_, table)| CrossedGradients {
+            lines: rows.map(|row| lines.line(&lines.lengths, row)),
+            factors: &table.factors,
+            lengths: &mut columns.lengths[begin..],
+        });
         self.simd.in_vectors(Crossed {
-            lines: both(slice.down.part).map(|more| lines.line(row + more)),
+            lines: rows.map(|row| lines.line(&lines.entries, row)),
+            gradients,
             voxels: both(slice.along.part).map(|more| more as usize),
             slices: both(self.slices.near()).map(|more| more == 1),
             shares: [slice.down.part, slice.along.part],
@@ -248,6 +269,11 @@ impl LightSweep<'_> {
             voxel[down] = (slice.top + line).clamp(0, rows as isize - 1) as usize;
             let to = &mut lines.entries[line as usize * lines.width..][..length + 2];
             self.bricks.put_line(voxel, along, factor, &mut to[1..=length]);
+            if let Some((lengths, table)) = self.gradient {
+                let to = &mut lines.lengths[line as usize * lines.width..][..length + 2];
+                lengths.put_line(voxel, along, lengths.scale() * table.scale, &mut to[1..=length]);
+                (to[0], to[length + 1]) = (to[1], to[length]);
+            }
             if self.bricks.has_gaps() && self.bricks.interpolation() == Interpolation::Linear {
                 // A sample is NaN where any voxel of its cell is, and its cell reaches the next slice of the grid.
                 voxel[deep] = (voxel[deep] + 1).min(self.bricks.layout().dims[deep] - 1);
@@ -386,6 +412,7 @@ mod tests {
                 planes: &planes,
                 transmittance: &ENTRIES,
                 near_transmittance: &near,
+                gradient: None,
                 first_sample: path.delta.map(|delta| slices.near() * slices.steps as f32 * delta),
                 simd,
             };

@@ -5,7 +5,8 @@
 use super::few_shadow_rays::{Chosen, choose_places};
 use super::prepared_layer::PreparedLayer;
 use crate::scene::{
-    Bricks, LightPath, RayResult, SHADOW_START, SHADOW_STEP, Segments, blended, corrected_opacity, extinction,
+    Bricks, LightPath, RayResult, SHADOW_START, SHADOW_STEP, Segments, blended, corrected_opacity,
+    extinction, thinned,
 };
 use fovol_core::{ClipBox, Grid, Ray, RayMode, Shading, ShadowMode, SurfaceShading, TransferFunction};
 
@@ -26,6 +27,8 @@ pub struct March<'a> {
     pub transfer: &'a TransferFunction,
     /// Red, green and blue of the voxels, where they have colours.
     pub colours: Option<&'a [Bricks; 3]>,
+    /// Lengths of the gradients, where the opacity depends on them.
+    pub gradients: Option<&'a Bricks>,
     /// Further volumes at the same points.
     pub layers: &'a [PreparedLayer],
     /// Values along rays that pixels show.
@@ -144,15 +147,20 @@ impl March<'_> {
 
     /// Colour and opacity per reference length at `p`.
     fn appearance(&self, p: [f32; 3]) -> [f64; 4] {
-        let first = coloured(self.transfer.evaluate(f64::from(self.bricks.sample(p))), self.colours, p);
+        let first = coloured(own_appearance(self.first(), p), self.colours, p);
         if self.layers.is_empty() {
             return first;
         }
-        let others = self.layers.iter().map(|layer| {
-            let own = layer.transfer.evaluate(f64::from(layer.bricks.sample(p)));
-            coloured(own, layer.colours.as_ref(), p)
-        });
+        let others = self
+            .layers
+            .iter()
+            .map(|layer| coloured(own_appearance(values_of(layer), p), layer.colours.as_ref(), p));
         blended(std::iter::once(first).chain(others))
+    }
+
+    /// Values of the first volume.
+    fn first(&self) -> Values<'_> {
+        (self.transfer, self.bricks, self.gradients)
     }
 
     /// Whether shadow rays are marched.
@@ -208,13 +216,11 @@ impl March<'_> {
         if self.layers.is_empty() {
             return own;
         }
-        let weight = |transfer: &TransferFunction, bricks: &Bricks| {
-            extinction(transfer.evaluate(f64::from(bricks.sample(p)))[3]) as f32
-        };
-        let first = weight(self.transfer, self.bricks);
+        let weight = |values| extinction(own_appearance(values, p)[3]) as f32;
+        let first = weight(self.first());
         let (mut whole, mut sum) = (first, first * own);
         for layer in self.layers {
-            let weight = weight(&layer.transfer, &layer.bricks);
+            let weight = weight(values_of(layer));
             whole += weight;
             sum += weight * self.facing_in(&layer.bricks, p);
         }
@@ -234,6 +240,27 @@ impl March<'_> {
         let light = self.shading.light.direction();
         let along: f32 = (0..3).map(|a| gradient[a] * light[a] as f32).sum();
         if length > 0.0 { (along / length).abs() } else { 1.0 }
+    }
+}
+
+/// Transfer function, values, and lengths of gradients of one volume.
+type Values<'a> = (&'a TransferFunction, &'a Bricks, Option<&'a Bricks>);
+
+fn values_of(layer: &PreparedLayer) -> Values<'_> {
+    (&layer.transfer, &layer.bricks, layer.gradients.as_ref())
+}
+
+/// Colour and opacity per reference length that one volume has at `p` by its transfer function. The opacity of NaN
+/// depends on no gradient.
+fn own_appearance((transfer, bricks, gradients): Values<'_>, p: [f32; 3]) -> [f64; 4] {
+    let value = f64::from(bricks.sample(p));
+    let [r, g, b, opacity] = transfer.evaluate(value);
+    match (transfer.gradient_opacity(), gradients) {
+        (Some(curve), Some(lengths)) => {
+            let factor = if value.is_nan() { 1.0 } else { curve.evaluate(lengths.sample(p).into()) };
+            [r, g, b, thinned(opacity, factor)]
+        }
+        _ => [r, g, b, opacity],
     }
 }
 

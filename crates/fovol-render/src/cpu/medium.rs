@@ -3,7 +3,7 @@
 use super::field::{Field, Texel};
 use super::light_columns::LightColumns;
 use super::shadow_pool::ShadowPool;
-use super::shadow_rays::{Parts, ShadowRays};
+use super::shadow_rays::{ByValue, Parts, ShadowRays};
 use crate::scene::{LightPath, MAX_BLUE, MAX_RED_GREEN, TransferTable};
 use bytemuck::cast_slice;
 use fovol_simd::{Simd, SimdF32, SimdF32Op, SimdI32};
@@ -139,8 +139,7 @@ impl<T: Texel> Medium for OneVolume<'_, T> {
 
     fn trace(&self, to_light: &WayToLight<'_>, pool: &mut ShadowPool, parts: &mut Parts) -> u64 {
         let rays = ShadowRays {
-            field: &self.field,
-            alpha: &self.table.shadow_alpha,
+            absorber: ByValue { field: &self.field, alpha: &self.table.shadow_alpha },
             light: to_light.path,
             columns: to_light.columns,
         };

@@ -36,7 +36,9 @@ mod shadow_rays;
 mod simd;
 mod skip;
 mod sparse_frame;
+mod thinning;
 mod tile_order;
+mod volumes;
 
 pub use adaptive_mask::adaptive_mask;
 pub use compact::compact;

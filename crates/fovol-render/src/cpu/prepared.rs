@@ -1,7 +1,7 @@
 //! Tables and light columns of one step along rays.
 
 use super::light_columns::LightColumns;
-use crate::scene::{BlendTable, Bricks, ExtinctionTable, TransferTable};
+use crate::scene::{BlendTable, Bricks, ExtinctionTable, GradientTable, TransferTable};
 use fovol_core::{Integration, TransferFunction};
 
 /// Tables and light columns of one step.
@@ -12,7 +12,7 @@ pub struct Prepared {
     pub table: TransferTable,
     /// The tables of fine integration; `None` where integration is plain.
     pub extinction: Option<ExtinctionTable>,
-    /// Tables of all volumes, where there are several or voxels have colours.
+    /// Tables of all volumes, where there are several, voxels have colours, or opacity depends on the gradient.
     pub blending: Vec<BlendTable>,
     pub light_columns: Option<LightColumns>,
     /// Rays that were marched with shadow rays since the light changed, or will be now.
@@ -25,6 +25,8 @@ pub struct ColouredVolume<'a> {
     pub bricks: &'a Bricks,
     pub transfer: &'a TransferFunction,
     pub table: &'a TransferTable,
+    /// Lengths of gradients and the factors of opacity for them, where it depends on them.
+    pub gradient: Option<(&'a Bricks, &'a GradientTable)>,
 }
 
 /// Tables of other steps than the scene's, kept for a return to them.
@@ -57,9 +59,11 @@ impl Prepared {
         };
     }
 
-    /// Prepares to blend volumes with the transfer functions `of_volumes`.
-    pub fn blend<'t>(&mut self, of_volumes: impl IntoIterator<Item = &'t TransferFunction>) {
-        self.blending = of_volumes.into_iter().map(|transfer| BlendTable::new(transfer, self.step)).collect();
+    /// Prepares to blend volumes with the transfer functions `of_volumes`, whose gradients have at most the length
+    /// `greatest`.
+    pub fn blend<'t>(&mut self, of_volumes: impl IntoIterator<Item = &'t TransferFunction>, greatest: f64) {
+        let table = |transfer| BlendTable::with_gradient(transfer, self.step, greatest);
+        self.blending = of_volumes.into_iter().map(table).collect();
     }
 
     /// The integration that the tables are made for.

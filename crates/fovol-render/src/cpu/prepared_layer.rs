@@ -10,6 +10,8 @@ pub struct PreparedLayer {
     /// Red, green and blue of the voxels, where they have colours.
     pub colours: Option<[Bricks; 3]>,
     pub transfer: TransferFunction,
+    /// Lengths of the gradients, once the opacity depended on them.
+    pub gradients: Option<Bricks>,
     /// Where it may show anything.
     pub cells: Macrocells,
 }
@@ -24,7 +26,7 @@ impl PreparedLayer {
         bricks.set_interpolation(layer.interpolation);
         let cells = Macrocells::new(&bricks)?;
         let colours = layer.colours.as_ref().map(bricks_of_colours).transpose()?;
-        Ok(Self { bricks, colours, transfer: layer.transfer_function.clone(), cells })
+        Ok(Self { bricks, colours, gradients: None, transfer: layer.transfer_function.clone(), cells })
     }
 
     /// Goes over to the transfer function and interpolation of `layer`; returns whether anything changed.
@@ -32,7 +34,11 @@ impl PreparedLayer {
         let is_new =
             self.transfer != layer.transfer_function || self.bricks.interpolation() != layer.interpolation;
         self.transfer = layer.transfer_function.clone();
-        self.bricks.set_interpolation(layer.interpolation);
+        let gradients = self.gradients.as_mut();
+        gradients
+            .into_iter()
+            .chain([&mut self.bricks])
+            .for_each(|b| b.set_interpolation(layer.interpolation));
         is_new
     }
 }

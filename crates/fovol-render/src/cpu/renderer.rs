@@ -5,7 +5,7 @@ use super::light_columns::LightColumns;
 use super::march::{March, SampleCount};
 use super::march_memory::MarchMemory;
 use super::march_order::MarchOrder;
-use super::prepared::{ColouredVolume, OtherSteps, Prepared};
+use super::prepared::{OtherSteps, Prepared};
 use super::prepared_layer::{PreparedLayer, bricks_of_colours};
 use super::shadow_grid::ShadowGrid;
 use super::simd::best_simd;
@@ -48,6 +48,8 @@ pub struct Renderer {
     pub(super) transfer: TransferFunction,
     /// Red, green and blue of the voxels, where they have colours.
     pub(super) colours: Option<[Bricks; 3]>,
+    /// Lengths of the gradients, once the opacity depended on them.
+    pub(super) gradients: Option<Bricks>,
     /// Further volumes at the same points.
     pub(super) layers: Vec<PreparedLayer>,
     pub(super) mode: RayMode,
@@ -99,8 +101,11 @@ impl Renderer {
         let volumes = std::iter::once(&scene.volume).chain(scene.layers.iter().map(|layer| &layer.volume));
         let bricks = volumes.chain(colours.flatten()).map(|volume| Bricks::bytes_of(volume)).sum();
         let cells = Macrocells::bytes_of(scene.volume.grid().dims());
+        let gradients =
+            Self::gradients_of(scene) as u64 * Bricks::bytes_of_gradient_lengths(scene.volume.grid().dims());
         estimate
             .with("voxels in bricks", bricks)
+            .with("gradients", gradients)
             .with("empty space", cells * (1 + scene.layers.len() as u64))
             .with("cached shadows", shadows as u64)
     }
@@ -114,6 +119,7 @@ impl Renderer {
             cells,
             transfer: scene.transfer_function.clone(),
             colours: scene.colours.as_ref().map(bricks_of_colours).transpose()?,
+            gradients: None,
             layers: scene.layers.iter().map(PreparedLayer::new).collect::<fovol_core::Result<_>>()?,
             mode: scene.mode,
             shading: scene.shading,
@@ -130,6 +136,7 @@ impl Renderer {
             options,
         };
         renderer.set_options(options);
+        renderer.find_gradients(scene)?;
         renderer.classify();
         renderer.prepare_blending();
         renderer.prepare_shadows()?;
@@ -152,6 +159,7 @@ impl Renderer {
     /// As [`Self::set_scene`].
     pub fn change_scene(&mut self, scene: &Scene) -> fovol_core::Result<()> {
         scene.check()?;
+        self.find_gradients(scene)?;
         let clip = scene.clip_box();
         if self.shading.light != scene.shading.light || self.clip != clip {
             self.prepared.forget_light();
@@ -161,6 +169,7 @@ impl Renderer {
         (self.shading, self.background, self.clip) = (scene.shading, scene.background, clip);
         if self.bricks.interpolation() != scene.interpolation {
             self.bricks.set_interpolation(scene.interpolation);
+            self.gradients.iter_mut().for_each(|lengths| lengths.set_interpolation(scene.interpolation));
             self.set_options(self.asked);
             self.shadow_grid = None;
         }
@@ -248,38 +257,6 @@ impl Renderer {
         }
     }
 
-    /// Whether samples blend several volumes, or have colours of their own.
-    pub(super) fn is_layered(&self) -> bool {
-        self.colours.is_some() || !self.layers.is_empty()
-    }
-
-    /// Every volume with its tables.
-    pub(super) fn volumes(&self) -> impl Iterator<Item = ColouredVolume<'_>> {
-        let first =
-            ColouredVolume { bricks: &self.bricks, transfer: &self.transfer, table: &self.prepared.table };
-        let tables = self.prepared.blending.iter().skip(1).map(|table| &table.transfer);
-        let others = self.layers.iter().zip(tables).map(|(layer, table)| ColouredVolume {
-            bricks: &layer.bricks,
-            transfer: &layer.transfer,
-            table,
-        });
-        std::iter::once(first).chain(others)
-    }
-
-    /// Finds what is empty.
-    fn classify(&mut self) {
-        let others = self.layers.iter().map(|layer| (&layer.cells, &layer.transfer));
-        self.cells.classify_with(&self.transfer, self.mode, others);
-    }
-
-    /// Makes the tables that blending needs.
-    fn prepare_blending(&mut self) {
-        if self.is_layered() {
-            let others = self.layers.iter().map(|layer| &layer.transfer);
-            self.prepared.blend(std::iter::once(&self.transfer).chain(others));
-        }
-    }
-
     /// Makes what the shadows of the scene need, unless it exists. What other shadows need stays: a viewer goes back and forth.
     pub(super) fn prepare_shadows(&mut self) -> Result<(), Shortage> {
         match self.shadows() {
@@ -355,6 +332,7 @@ impl Renderer {
             clip: self.clip,
             transfer: &self.transfer,
             colours: self.colours.as_ref(),
+            gradients: self.gradients.as_ref(),
             layers: &self.layers,
             mode: self.mode,
             shading: &self.shading,

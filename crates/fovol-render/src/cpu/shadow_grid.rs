@@ -33,8 +33,14 @@ impl ShadowGrid {
         let planes: Vec<[f32; 4]> =
             clip.planes().in_voxels(grid).map(|plane| plane.map(|weight| weight as f32)).collect();
         let mut swept = Vec::with_capacity(volumes.len());
-        for ColouredVolume { bricks, transfer, table } in volumes {
-            let of = |passed: f64| table.transmittance(transfer, SWEEP_STEP * slices.steps * passed);
+        for ColouredVolume { bricks, transfer, table, gradient } in volumes {
+            let of = |passed: f64| {
+                let length = SWEEP_STEP * slices.steps * passed;
+                match gradient {
+                    Some(_) => table.depths(transfer, length),
+                    None => table.transmittance(transfer, length),
+                }
+            };
             let [transmittance, near_transmittance] = [1.0, FIRST_STRETCH].map(of);
             let sweep = LightSweep {
                 bricks,
@@ -43,6 +49,7 @@ impl ShadowGrid {
                 planes: &planes,
                 transmittance: &transmittance,
                 near_transmittance: &near_transmittance,
+                gradient: *gradient,
                 first_sample: path.delta.map(|delta| slices.near() * slices.steps as f32 * delta),
                 simd,
             };

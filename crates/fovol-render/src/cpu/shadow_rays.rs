@@ -11,12 +11,40 @@ use super::shadow_pool::ShadowPool;
 use crate::scene::{LightPath, SHADOW_START, SHADOW_STEP};
 use fovol_simd::{MOST_LANES, Simd, SimdF32, SimdF32Op, SimdI32};
 
-/// The scene that shadow rays are traced through.
-pub struct ShadowRays<'a, 'v, T: Texel> {
+/// Matter that absorbs the light of shadow rays.
+pub trait Absorber {
+    /// α of one shadow step at `p`.
+    fn alpha<V: SimdF32>(&self, p: [V; 3]) -> V;
+
+    /// Runs `work` with vectors of `simd`.
+    fn in_vectors<W: SimdF32Op>(simd: Simd, work: W) -> W::Output;
+}
+
+/// One volume whose values alone decide how much it absorbs.
+pub struct ByValue<'a, 'v, T: Texel> {
     /// The volume, scaled to indices of `alpha`.
     pub field: &'a Field<'v, T>,
     /// α of one shadow step.
     pub alpha: &'a [f32],
+}
+
+impl<T: Texel> Absorber for ByValue<'_, '_, T> {
+    #[inline(always)]
+    fn alpha<V: SimdF32>(&self, p: [V; 3]) -> V {
+        let index = (self.field.sample(p) + p[0].splat(0.5)).to_i32();
+        // SAFETY: fields are scaled to indices of the table.
+        unsafe { V::gather(self.alpha, index) }
+    }
+
+    fn in_vectors<W: SimdF32Op>(simd: Simd, work: W) -> W::Output {
+        T::in_vectors(simd, work)
+    }
+}
+
+/// The scene that shadow rays are traced through.
+pub struct ShadowRays<'a, A> {
+    /// The matter on their way.
+    pub absorber: A,
     /// The way to the light.
     pub light: &'a LightPath,
     /// Which samples can have opacity; `None` where skipping the others does not pay.
@@ -68,7 +96,7 @@ impl Parts {
 
     /// Makes a part for every ray of `pool`: all of its samples, or none before [`Self::advance`] finds some.
     #[inline(always)]
-    fn begin<V: SimdF32, T: Texel>(&mut self, zero: V, pool: &ShadowPool, rays: &ShadowRays<'_, '_, T>) {
+    fn begin<V: SimdF32, A>(&mut self, zero: V, pool: &ShadowPool, rays: &ShadowRays<'_, A>) {
         self.len = pool.len();
         let room = self.len + 4 * MOST_LANES;
         if self.columns[0].len() < room {
@@ -162,10 +190,10 @@ impl Parts {
 
     /// Takes the samples of all parts: the listed ones (`LISTED`), or all; returns how many that were.
     #[inline(always)]
-    fn trace<const LISTED: bool, V: SimdF32, T: Texel>(
+    fn trace<const LISTED: bool, V: SimdF32, A: Absorber>(
         &mut self,
         zero: V,
-        rays: &ShadowRays<'_, '_, T>,
+        rays: &ShadowRays<'_, A>,
     ) -> u64 {
         let (one, step) = (zero.splat(1.0), zero.splat(SHADOW_STEP));
         let [dx, dy, dz] = rays.light.delta;
@@ -190,9 +218,7 @@ impl Parts {
             let at =
                 [ahead.mul_add(delta[0], p[0]), ahead.mul_add(delta[1], p[1]), ahead.mul_add(delta[2], p[2])];
             taken += u64::from(running.count_ones());
-            let index = (rays.field.sample(at) + zero.splat(0.5)).to_i32();
-            // SAFETY: fields are scaled to indices of the table.
-            let alpha = unsafe { V::gather(rays.alpha, index) };
+            let alpha = rays.absorber.alpha(at);
             bundle.light = bundle.light * V::select(active, one - alpha, one);
             if LISTED {
                 let left = bundle.left.to_bits();
@@ -264,23 +290,23 @@ impl<V: SimdF32> Bundle<V> {
     }
 }
 
-impl<T: Texel> ShadowRays<'_, '_, T> {
+impl<A: Absorber> ShadowRays<'_, A> {
     /// Finds the transmittance of every sample in `pool`; returns how many shadow samples that took.
     ///
     /// An operation of its own, so that both kinds of integration share the compiled code.
     pub fn trace(&self, simd: Simd, pool: &mut ShadowPool, parts: &mut Parts) -> u64 {
-        T::in_vectors(simd, Trace { rays: self, pool, parts })
+        A::in_vectors(simd, Trace { rays: self, pool, parts })
     }
 }
 
 /// Shadow rays to trace in vectors.
-struct Trace<'a, 'v, T: Texel> {
-    rays: &'a ShadowRays<'a, 'v, T>,
+struct Trace<'a, A> {
+    rays: &'a ShadowRays<'a, A>,
     pool: &'a mut ShadowPool,
     parts: &'a mut Parts,
 }
 
-impl<T: Texel> SimdF32Op for Trace<'_, '_, T> {
+impl<A: Absorber> SimdF32Op for Trace<'_, A> {
     type Output = u64;
 
     #[inline(always)]
@@ -289,7 +315,7 @@ impl<T: Texel> SimdF32Op for Trace<'_, '_, T> {
         parts.begin(zero, pool, rays);
         let arrived = pool.transmittance();
         let Some(columns) = rays.columns else {
-            let taken = parts.trace::<false, V, T>(zero, rays);
+            let taken = parts.trace::<false, V, A>(zero, rays);
             arrived.copy_from_slice(&parts.columns[LIGHT][..parts.len]);
             return taken;
         };
@@ -299,7 +325,7 @@ impl<T: Texel> SimdF32Op for Trace<'_, '_, T> {
             if parts.len == 0 {
                 return taken;
             }
-            taken += parts.trace::<true, V, T>(zero, rays);
+            taken += parts.trace::<true, V, A>(zero, rays);
         }
     }
 }

@@ -41,7 +41,7 @@ impl DeviceScene {
     /// # Errors
     /// Numbers of the scene that cannot be rendered with, a device that is lost or has no memory left.
     pub fn set(&mut self, scene: &Scene, shadows: &ShadowGridPass) -> Result<()> {
-        scene.check()?;
+        check(scene)?;
         if self.contents.change(scene) {
             self.group = self.contents.bind(shadows)?;
         }
@@ -103,6 +103,15 @@ impl DeviceScene {
     }
 }
 
+/// Checks that `scene` can be rendered on a GPU: its numbers are valid, and its opacity depends on no gradient.
+fn check(scene: &Scene) -> Result<()> {
+    scene.check()?;
+    if scene.has_gradient_opacity() {
+        return Err(super::Error::Gradients);
+    }
+    Ok(())
+}
+
 /// Sources of a grid of shadows, besides the volume. No step changes it.
 #[derive(Debug, Clone, PartialEq)]
 struct GridSource {
@@ -151,7 +160,7 @@ impl Contents {
     /// # Errors
     /// Numbers of the scene that cannot be rendered with, a volume that exceeds the device's limits or memory.
     pub fn new(gpu: &Gpu, scene: &Scene, filtering: Filtering) -> Result<Self> {
-        scene.check()?;
+        check(scene)?;
         // Bricks are freed after the upload.
         let bricks = Bricks::of_volume(&scene.volume).map_err(fovol_core::Error::from)?;
         let cells = Macrocells::new(&bricks).map_err(fovol_core::Error::from)?;

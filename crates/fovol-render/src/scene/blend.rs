@@ -10,6 +10,11 @@ pub fn extinction(opacity: f64) -> f64 {
     -(-opacity.min(OPAQUEST)).ln_1p()
 }
 
+/// Opacity per reference length of `opacity` whose extinction is scaled by `factor`, 0…1.
+pub fn thinned(opacity: f64, factor: f64) -> f64 {
+    -(-extinction(opacity) * factor).exp_m1()
+}
+
 /// Colour and opacity of volumes of these colours and opacities at one point. Opacities add as extinctions, colours weigh by
 /// their extinction.
 pub fn blended(volumes: impl IntoIterator<Item = [f64; 4]>) -> [f64; 4] {
@@ -61,6 +66,12 @@ mod tests {
         assert_eq!(blended([red, [0.2, 0.3, 0.4, 0.0]]), red);
         assert_eq!(blended([[0.2, 0.3, 0.4, 0.0]; 2]), [0.0; 4]);
         assert!(blended([[1.0; 4]; 2]).iter().all(|channel| (channel - 1.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn thinned_opacities_have_a_part_of_the_extinction() {
+        assert!((thinned(0.75, 0.5) - 0.5).abs() < 1e-12 && thinned(0.75, 0.0) == 0.0);
+        assert!((thinned(0.3, 1.0) - 0.3).abs() < 1e-12 && thinned(1.0, 1.0) > 0.999_998);
     }
 
     #[test]

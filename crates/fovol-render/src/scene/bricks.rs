@@ -1,7 +1,8 @@
 use super::brick_layout::{BRICK, BrickLayout};
+use super::raw_voxels::RawVoxels;
 use bytemuck::Zeroable;
 use fovol_core::memory::{self, SMALLER_VOLUME, Shortage};
-use fovol_core::{Dtype, Endian, Interpolation, Rescale, Volume, Voxel, stop, with_voxel_type};
+use fovol_core::{Dtype, Interpolation, Rescale, Volume, Voxel, stop, with_voxel_type};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -110,16 +111,28 @@ impl Bricks {
         dims: [usize; 3],
         put: impl Fn([usize; 3], &mut [u8]) + Sync,
     ) -> Result<Self, Shortage> {
+        Self::of_lines(dims, BrickData::U8, 1.0 / 255.0, put)
+    }
+
+    /// Bricks of `data`, of which `scale` makes display values, on a grid of `dims`. `put` is that of [`Self::of_bytes`].
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub(super) fn of_lines<S: Copy + Zeroable + Send + Sync>(
+        dims: [usize; 3],
+        data: impl FnOnce(Vec<S>) -> BrickData,
+        scale: f32,
+        put: impl Fn([usize; 3], &mut [S]) + Sync,
+    ) -> Result<Self, Shortage> {
         let layout = BrickLayout::voxels(dims);
-        let data = filled_in_lines(&layout, |voxel, line: &mut [u8]| {
+        let elements = filled_in_lines(&layout, |voxel, line: &mut [S]| {
             // Beyond the edge the last voxel repeats.
             let inside = line.len().min(dims[0] - voxel[0]);
             let (inside, beyond) = line.split_at_mut(inside);
             put(voxel, inside);
-            beyond.fill(inside.last().copied().unwrap_or(0));
+            beyond.fill(inside.last().copied().unwrap_or(S::zeroed()));
         })?;
-        let interpolation = Interpolation::Linear;
-        Ok(Self { layout, data: BrickData::U8(data), scale: 1.0 / 255.0, interpolation })
+        Ok(Self { layout, data: data(elements), scale, interpolation: Interpolation::Linear })
     }
 
     /// Where voxels lie.
@@ -337,38 +350,6 @@ where
         let raw = RawVoxels::<'_, T>::new(volume);
         filled(layout, |voxel| store(encoding.clamped(raw.get(voxel).to_f64())))
     })
-}
-
-/// Random access to the first components of a volume.
-struct RawVoxels<'a, T> {
-    bytes: &'a [u8],
-    stride: usize,
-    dims: [usize; 3],
-    endian: Endian,
-    kind: std::marker::PhantomData<T>,
-}
-
-impl<'a, T: Voxel> RawVoxels<'a, T> {
-    fn new(volume: &'a Volume) -> Self {
-        Self {
-            bytes: volume.data(),
-            stride: volume.components() * size_of::<T>(),
-            dims: volume.grid().dims(),
-            endian: volume.endian(),
-            kind: std::marker::PhantomData,
-        }
-    }
-
-    #[inline(always)]
-    fn at(&self, [x, y, z]: [usize; 3]) -> usize {
-        ((z * self.dims[1] + y) * self.dims[0] + x) * self.stride
-    }
-
-    #[inline(always)]
-    fn get(&self, voxel: [usize; 3]) -> T {
-        let at = self.at(voxel);
-        T::decode(&self.bytes[at..at + size_of::<T>()], self.endian)
-    }
 }
 
 /// Fills all bricks in parallel; voxels beyond the edge repeat the last one.

@@ -1,3 +1,4 @@
+use super::blend::extinction;
 use super::segment::SHADOW_STEP;
 use fovol_core::TransferFunction;
 
@@ -54,6 +55,11 @@ impl TransferTable {
     /// Transmittance of a way of `length` voxels, 1 − α, for every entry; that of NaN is the last.
     pub fn transmittance(&self, transfer: &TransferFunction, length: f64) -> Vec<f32> {
         self.opacities(transfer).map(|opacity| (1.0 - opacity).powf(length) as f32).collect()
+    }
+
+    /// Optical depth of a way of `length` voxels for every entry; that of NaN is the last.
+    pub fn depths(&self, transfer: &TransferFunction, length: f64) -> Vec<f32> {
+        self.opacities(transfer).map(|opacity| (length * extinction(opacity)) as f32).collect()
     }
 
     /// Opacity per reference length of every entry; that of NaN is the last.

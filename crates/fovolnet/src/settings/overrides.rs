@@ -61,7 +61,8 @@ pub struct RenderOverrides {
     #[cfg_attr(feature = "clap", arg(long, value_name = "V", value_parser = parse::number, allow_hyphen_values = true))]
     pub iso: Option<f64>,
     /// Transfer function: auto, a preset or a colour map (`fovolnet info --transfer-functions` lists them), or a file
-    /// (our JSON, one of ParaView, 3D Slicer, VTK, vtk.js or Inviwo), with #NAME for one of several [default: auto]
+    /// (our JSON, one of ParaView, 3D Slicer, VTK, vtk.js or Inviwo), with #NAME for one of several. Opacity may depend on
+    /// the gradient in our JSON and in files of 3D Slicer, VTK and vtk.js [default: auto]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|FILE", value_parser = parse::file_or::<TransferChoice>()))]
     pub tf: Option<TransferChoice>,
     /// Where a transfer function in data values lies: data, at its own values, or stretch, over all values shown

@@ -2,5 +2,6 @@
 
 pub(crate) mod backdrop;
 pub(crate) mod boundaries;
+pub(crate) mod gradient_editor;
 pub(crate) mod histogram;
 pub(crate) mod transfer_editor;

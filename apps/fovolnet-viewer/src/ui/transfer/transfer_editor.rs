@@ -1,6 +1,7 @@
 //! Editor for control points of the transfer function.
 
 use crate::ui::transfer::backdrop::Backdrop;
+use crate::ui::transfer::gradient_editor::GradientEditor;
 use crate::ui::widgets::colour_button::colour_button;
 use crate::ui::widgets::outline::outline;
 use eframe::egui::{
@@ -14,6 +15,7 @@ use fovolnet::{OpenVolume, TransferChoice, presets};
 #[derive(Debug, Clone, Default)]
 pub struct TransferEditor {
     selected: Option<usize>,
+    gradient: GradientEditor,
 }
 
 /// Distance at which the pointer catches a point, in points.
@@ -41,7 +43,11 @@ impl TransferEditor {
         let mut is_changed = self.drag(ui, &response, plot, &mut points);
         is_changed |= self.selected_ui(ui, &mut points, backdrop.histogram().range());
         is_changed |= window_level(ui, &mut points);
-        let changed = is_changed.then(|| TransferFunction::new(points).ok()).flatten();
+        let mut changed = is_changed.then(|| transfer.clone().with_points(points).ok()).flatten();
+        let range = backdrop.histogram().range();
+        if let Some(gradient) = self.gradient.ui(ui, transfer.gradient(), range) {
+            changed = Some(changed.unwrap_or_else(|| transfer.clone()).with_gradient(gradient));
+        }
         changed.filter(|changed| changed != transfer)
     }
 

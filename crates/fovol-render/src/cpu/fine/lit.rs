@@ -3,7 +3,7 @@
 use super::super::field::{Field, Texel};
 use super::super::kernel::Lighting;
 use super::super::shadow_pool::ShadowPool;
-use super::super::shadow_rays::{Parts, ShadowRays};
+use super::super::shadow_rays::{ByValue, Parts, ShadowRays};
 use super::lookup::{Points, entry};
 use super::march::{DEEP, NEAR_STEPS};
 use crate::scene::{ExtinctionTable, LightPath, SHADOW_STEP};
@@ -41,8 +41,7 @@ impl<T: Texel> ToLight<'_, '_, T> {
             Lighting::Full => taken,
             Lighting::Rays(columns, _) => {
                 let rays = ShadowRays {
-                    field: self.field,
-                    alpha: self.shadow_alpha,
+                    absorber: ByValue { field: self.field, alpha: self.shadow_alpha },
                     light: self.path,
                     columns: *columns,
                 };

@@ -7,5 +7,6 @@ mod lookup;
 mod march;
 mod stretches;
 
+pub use exponential::passing;
 pub use kernel::{FineKernel, FineScratch};
 pub use lookup::Points;
