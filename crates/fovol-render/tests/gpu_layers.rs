@@ -9,8 +9,8 @@ mod layered;
 mod scenes;
 
 use fovol_core::{
-    FrameSize, Integration, Interpolation, Layer, RayMode, Scene, ShadowMode, SurfaceShading,
-    TransferFunction,
+    FrameSize, GradientOpacity, Integration, Interpolation, Layer, RayMode, Scene, ShadowMode,
+    SurfaceShading, TransferFunction,
 };
 use fovol_render::cpu::{self, RenderOptions, Simd};
 use fovol_render::gpu::Renderer;
@@ -63,6 +63,27 @@ fn agrees(name: &str, scene: &Scene) {
                 p999 <= usual && most <= rare && mean <= 1e-3,
                 "{name} skip {skip_empty}: {p999} {most} {mean}"
             );
+        }
+    }
+}
+
+/// Opacity by gradient, of one volume and of two.
+#[test]
+#[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
+fn opacities_by_gradient_are_those_of_the_specification() {
+    let curve = || GradientOpacity::new(vec![[0.01, 0.1], [0.05, 1.0]]).unwrap();
+    for (name, scene) in layered::scenes().into_iter().filter(|(name, _)| !name.contains("coloured")) {
+        for layers in [0, 1] {
+            let mut scene = scene.clone();
+            scene.layers.truncate(layers);
+            scene.transfer_function = scene.transfer_function.clone().with_gradient(Some(curve()));
+            for layer in &mut scene.layers {
+                layer.transfer_function = layer.transfer_function.clone().with_gradient(Some(curve()));
+            }
+            for shadows in [ShadowMode::On, ShadowMode::Cached] {
+                scene.shading.shadows = shadows;
+                agrees(&format!("{name} with {layers} layers by gradient {shadows:?}"), &scene);
+            }
         }
     }
 }

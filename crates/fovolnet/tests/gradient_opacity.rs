@@ -100,27 +100,31 @@ fn networks_rebuild_sparse_frames() {
     }
 }
 
+/// A GPU shows it as the processor does, from the beginning and after changes.
 #[test]
 #[ignore = "needs an adapter: cargo test --release --workspace -- --ignored"]
-fn the_processor_takes_the_place_of_a_gpu() {
+fn a_gpu_goes_over_to_it_and_back() {
     let device = Device::Gpu(None).open().unwrap();
-    let expected = picture(&settings(&borders()));
-    let [whole, borders] = [format!("{{{POINTS}}}"), borders()].map(|tf| settings(&tf).resolve().unwrap());
-    let on = |settings, speed: &SpeedSettings| Pipeline::on(device.clone(), &head(), settings, speed);
+    let [whole, borders] = [format!("{{{POINTS}}}"), borders()].map(|tf| settings(&tf));
     let required = SpeedSettings { device: Some(Device::Gpu(None)), ..SpeedSettings::default() };
-    let error = on(&borders, &required).unwrap_err().to_string();
-    assert!(error.contains("opacity by gradient") && error.contains("--device gpu"), "{error}");
-    let mut pipeline = on(&borders, &SpeedSettings::default()).unwrap();
-    let replaced =
-        |pipeline: &Pipeline| pipeline.notes().iter().any(|note| note.contains("on the processor"));
-    assert!(replaced(&pipeline) && pipeline.machine().gpu.is_none());
-    assert_eq!(pipeline.render(0).unwrap().frame, expected);
-    pipeline.change(&whole).unwrap();
-    assert!(!replaced(&pipeline) && pipeline.machine().gpu.is_some());
-    pipeline.change(&borders).unwrap();
-    assert!(pipeline.machine().gpu.is_none());
-    assert_eq!(pipeline.render(0).unwrap().frame, expected);
-    let mut pipeline = on(&whole, &required).unwrap();
-    assert!(pipeline.change(&borders).is_err() && pipeline.machine().gpu.is_some());
-    pipeline.render(0).unwrap();
+    for shadows in ["on", "cached"] {
+        let with = |settings: &RenderOverrides| RenderOverrides {
+            shadows: Some(serde_json::from_value(shadows.into()).unwrap()),
+            ..settings.clone()
+        };
+        let first = with(&whole).resolve().unwrap();
+        let mut pipeline = Pipeline::on(device.clone(), &head(), &first, &required).unwrap();
+        for settings in [&whole, &borders, &whole, &borders] {
+            pipeline.change(&with(settings).resolve().unwrap()).unwrap();
+            let found = pipeline.render(0).unwrap().frame;
+            assert!(difference(&found, &picture(&with(settings))) <= 4.0 / 255.0, "{shadows}");
+        }
+        assert!(pipeline.machine().gpu.is_some());
+    }
+}
+
+/// Largest difference of any channel.
+fn difference(a: &Frame, b: &Frame) -> f32 {
+    let pairs = a.pixels().iter().flatten().zip(b.pixels().iter().flatten());
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }

@@ -17,11 +17,6 @@ pub enum Error {
     /// The environment asks for a way to march that there is not.
     #[error("FOVOLNET_GPU_MARCH: {0}")]
     Strategy(String),
-    /// The opacity of the scene depends on the gradient.
-    #[error(
-        "opacity by gradient is rendered by the CPU alone; leave out --device gpu, or \"gradient\" of the transfer function"
-    )]
-    Gradients,
     /// The list is for frames of another size.
     #[error("the list is for frames of {list}, the buffers are for {frame}; make both for one size")]
     Size {

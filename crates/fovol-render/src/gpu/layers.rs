@@ -3,14 +3,14 @@
 use super::error::Result;
 use super::texture::texture;
 use super::volume_texture::{ColourTexture, TexelKind, VolumeTexture};
-use crate::scene::{BlendTable, Bricks, Macrocells};
+use crate::scene::{BlendTable, Bricks, Macrocells, greatest_gradient};
 use bytemuck::{Pod, Zeroable};
 use fovol_core::{Interpolation, Layer, MOST_VOLUMES, Scene, TransferFunction, VoxelColours};
 use fovol_gpu::Gpu;
 use wgpu::{TextureFormat, TextureUsages};
 
-/// Textures of a bind group of layers: three further volumes, and the colours of four.
-pub const TEXTURES: usize = 2 * MOST_VOLUMES - 1;
+/// Textures of a bind group of layers: three further volumes, the colours of four, and the lengths of their gradients.
+pub const TEXTURES: usize = 3 * MOST_VOLUMES - 1;
 
 /// The volumes of a scene and their colours, as shaders are compiled for them. Sets of volumes are one bit each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -27,12 +27,22 @@ pub struct Layering {
     gaps: u8,
     /// Which volumes show the nearest voxels.
     nearest: u8,
+    /// Which volumes have an opacity that depends on the gradient.
+    thinned: u8,
+    /// Whether shaders of several volumes are used.
+    blends: bool,
 }
 
 impl Layering {
-    /// Whether samples blend several volumes, or have colours of their own.
+    /// Whether samples are more than the values and the table of one volume: several volumes, colours of voxels, or opacity
+    /// that depends on the gradient.
     pub fn are_blended(self) -> bool {
-        self.volumes > 1 || self.coloured != 0
+        self.blends
+    }
+
+    /// Whether any opacity depends on the gradient.
+    pub fn are_thinned(self) -> bool {
+        self.thinned != 0
     }
 
     /// Values of the shaders' `override` constants; none where nothing is blended.
@@ -47,6 +57,7 @@ impl Layering {
             ("LAYER_FLOATS", self.floats),
             ("LAYER_GAPS", self.gaps),
             ("LAYER_NEAREST", self.nearest),
+            ("THINNED", self.thinned),
         ];
         constants.map(|(name, number)| (name, number.into())).to_vec()
     }
@@ -60,6 +71,10 @@ pub struct LayerNumbers {
     scale: f32,
     table: u32,
     last_entry: u32,
+    factors: u32,
+    last_factor: f32,
+    length_scale: f32,
+    step: f32,
     unused_0: u32,
     unused_1: u32,
 }
@@ -68,8 +83,6 @@ pub struct LayerNumbers {
 #[derive(Debug)]
 struct DeviceLayer {
     volume: VolumeTexture,
-    /// The factor from texels to display values.
-    value_scale: f32,
     has_gaps: bool,
     cells: Macrocells,
     transfer: TransferFunction,
@@ -82,6 +95,14 @@ pub struct Layers {
     others: Vec<DeviceLayer>,
     /// Of all volumes.
     colours: Vec<Option<ColourTexture>>,
+    /// Lengths of the gradients of all volumes, where opacities depend on them or did.
+    lengths: Vec<Option<VolumeTexture>>,
+    /// Which opacities depend on them.
+    thinned: u8,
+    /// Greatest length of a gradient.
+    greatest: f64,
+    /// Whether shaders of several volumes are used.
+    blends: bool,
     /// Bound where there is no other texture.
     none: wgpu::Texture,
 }
@@ -104,7 +125,38 @@ impl Layers {
         let none = gpu.guarded("uploading the scene", || {
             texture(gpu, "no layer", [1; 3], TextureFormat::R8Uint, TextureUsages::empty())
         })?;
-        Ok(Self { others, colours, none })
+        let lengths = (0..=scene.layers.len()).map(|_| None).collect();
+        let greatest = greatest_gradient(scene.volume.grid());
+        let blends = blends(scene);
+        let mut layers = Self { others, colours, lengths, thinned: 0, greatest, blends, none };
+        layers.find_gradients(gpu, scene)?;
+        Ok(layers)
+    }
+
+    /// Finds the lengths of the gradients on which opacities of `scene` depend, unless they are known; returns whether other
+    /// opacities depend on them now.
+    ///
+    /// # Errors
+    /// A volume that exceeds the device's memory.
+    pub fn find_gradients(&mut self, gpu: &Gpu, scene: &Scene) -> Result<bool> {
+        let others =
+            scene.layers.iter().map(|layer| (&layer.volume, &layer.transfer_function, layer.interpolation));
+        let first = (&scene.volume, &scene.transfer_function, scene.interpolation);
+        let all: Vec<_> = std::iter::once(first).chain(others).collect();
+        let depend = |transfer: &TransferFunction| {
+            scene.has_gradient_opacity() && transfer.gradient_opacity().is_some()
+        };
+        let thinned = bits(all.iter().map(|(_, transfer, _)| depend(transfer)));
+        for ((volume, transfer, _), lengths) in all.into_iter().zip(&mut self.lengths) {
+            if depend(transfer) && lengths.is_none() {
+                let bricks = Bricks::of_volume(volume).map_err(fovol_core::Error::from)?;
+                let found = bricks.gradient_lengths(volume.grid()).map_err(fovol_core::Error::from)?;
+                *lengths = Some(VolumeTexture::of_voxels(gpu, &found)?);
+            }
+        }
+        let is_changed = self.thinned != thinned;
+        self.thinned = thinned;
+        Ok(is_changed)
     }
 
     /// Takes over the transfer functions and interpolations of `scene`; returns whether anything changed.
@@ -120,9 +172,9 @@ impl Layers {
         is_changed
     }
 
-    /// Whether samples blend several volumes, or have colours of their own.
+    /// Whether shaders of several volumes are used.
     pub fn are_blended(&self) -> bool {
-        !self.others.is_empty() || self.colours.iter().any(Option::is_some)
+        self.blends
     }
 
     /// Transfer functions and interpolations of further volumes.
@@ -148,28 +200,48 @@ impl Layers {
             gaps: further(|layer| layer.has_gaps) | u8::from(gaps),
             nearest: further(|layer| layer.interpolation == Interpolation::Nearest)
                 | u8::from(interpolation == Interpolation::Nearest),
+            thinned: self.thinned,
+            blends: self.blends,
         }
     }
 
-    /// Tables of the further volumes for primary steps of `step` voxels.
-    pub fn tables(&self, step: f64) -> impl Iterator<Item = BlendTable> {
-        self.others.iter().map(move |layer| BlendTable::new(&layer.transfer, step))
+    /// Tables of the `first` volume and of further ones for primary steps of `step` voxels.
+    pub fn tables(&self, first: &TransferFunction, step: f64) -> Vec<BlendTable> {
+        let all = std::iter::once(first).chain(self.others.iter().map(|layer| &layer.transfer));
+        let tables = all.enumerate().map(|(n, transfer)| match self.thinned >> n & 1 {
+            0 => BlendTable::new(transfer, step),
+            _ => BlendTable::with_gradient(transfer, step, self.greatest),
+        });
+        tables.collect()
     }
 
-    /// Numbers of all volumes, whose `tables` lie one after the other. The scale of the first is the scene's.
+    /// Numbers of all volumes, whose `tables` lie one after the other; factors by gradient follow the extinctions of all. The scale
+    /// of the first is the scene's.
     pub fn numbers(&self, tables: &[BlendTable]) -> [LayerNumbers; MOST_VOLUMES] {
         let mut numbers = [LayerNumbers::zeroed(); MOST_VOLUMES];
-        let scales = std::iter::once(0.0).chain(self.others.iter().map(|layer| layer.value_scale));
+        let scales = std::iter::once(0.0).chain(self.others.iter().map(|layer| layer.volume.value_scale()));
         let mut begin = 0;
+        let mut factors = tables.iter().map(|table| table.extinction.len() as u32).sum::<u32>();
         for (((to, scale), colours), table) in numbers.iter_mut().zip(scales).zip(&self.colours).zip(tables) {
             *to = LayerNumbers {
                 colour_scale: colours.as_ref().map_or([0.0; 3], ColourTexture::scale),
                 scale: scale * table.transfer.scale(),
                 table: begin,
                 last_entry: table.transfer.last() as u32,
+                factors,
+                step: table.step,
                 ..LayerNumbers::zeroed()
             };
+            if let Some(gradient) = &table.gradient {
+                to.last_factor = gradient.last();
+                factors += gradient.factors.len() as u32;
+            }
             begin += table.extinction.len() as u32;
+        }
+        for ((to, table), lengths) in numbers.iter_mut().zip(tables).zip(&self.lengths) {
+            if let (Some(gradient), Some(lengths)) = (&table.gradient, lengths) {
+                to.length_scale = gradient.scale * lengths.value_scale();
+            }
         }
         numbers
     }
@@ -178,8 +250,13 @@ impl Layers {
     pub fn textures(&self) -> [&wgpu::Texture; TEXTURES] {
         std::array::from_fn(|i| {
             let volume = self.others.get(i).map(|layer| layer.volume.texture());
-            let colours = || self.colours.get(i + 1 - MOST_VOLUMES)?.as_ref().map(ColourTexture::texture);
-            let found = if i + 1 < MOST_VOLUMES { volume } else { colours() };
+            let colours = |n: usize| self.colours.get(n)?.as_ref().map(ColourTexture::texture);
+            let lengths = |n: usize| self.lengths.get(n)?.as_ref().map(VolumeTexture::texture);
+            let found = match (i + 1) / MOST_VOLUMES {
+                0 => volume,
+                1 => colours(i + 1 - MOST_VOLUMES),
+                _ => lengths(i + 1 - 2 * MOST_VOLUMES),
+            };
             found.unwrap_or(&self.none)
         })
     }
@@ -192,7 +269,6 @@ impl DeviceLayer {
         let cells = Macrocells::new(&bricks).map_err(fovol_core::Error::from)?;
         let volume = VolumeTexture::of_voxels(gpu, &bricks)?;
         Ok(Self {
-            value_scale: bricks.scale() * volume.unit(),
             has_gaps: bricks.has_gaps(),
             volume,
             cells,
@@ -206,6 +282,11 @@ fn colour_texture(gpu: &Gpu, colours: &VoxelColours) -> Result<ColourTexture> {
     let [r, g, b] =
         colours.each_ref().map(|channel| Bricks::of_volume(channel).map_err(fovol_core::Error::from));
     ColourTexture::new(gpu, &[r?, g?, b?])
+}
+
+/// Whether shaders of several volumes are needed for `scene`.
+pub fn blends(scene: &Scene) -> bool {
+    scene.is_layered() || scene.has_gradient_opacity()
 }
 
 /// The set of the volumes that have something, in order.
@@ -225,7 +306,18 @@ mod tests {
             assert_twins!(
                 shader,
                 "LayerNumbers",
-                LayerNumbers { colour_scale, scale, table, last_entry, unused_0, unused_1 }
+                LayerNumbers {
+                    colour_scale,
+                    scale,
+                    table,
+                    last_entry,
+                    factors,
+                    last_factor,
+                    length_scale,
+                    step,
+                    unused_0,
+                    unused_1
+                }
             );
         }
     }

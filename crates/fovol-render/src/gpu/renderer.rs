@@ -2,6 +2,7 @@ use super::adaptive_mask::{AdaptiveMaskPass, DeviceImportance};
 use super::error::Result;
 use super::frame_buffers::FrameBuffers;
 use super::guide_list::{GuideList, GuideSamples};
+use super::layers::blends;
 use super::list_buffers::{ListBuffers, Shaded};
 use super::march_tuner::PlayedMarch;
 use super::mask_limits::MaskSource;
@@ -55,6 +56,8 @@ pub struct Renderer {
     gpu: Gpu,
     stages: Stages,
     scene: DeviceScene,
+    /// How voxels are to be interpolated.
+    filtering: Filtering,
 }
 
 impl Renderer {
@@ -79,7 +82,7 @@ impl Renderer {
             stages.march.set_strategy(strategy);
         }
         let scene = DeviceScene::new(contents, &stages.shadow_grid)?;
-        Ok(Self { gpu: gpu.clone(), stages, scene })
+        Ok(Self { gpu: gpu.clone(), stages, scene, filtering })
     }
 
     /// How voxels are interpolated.
@@ -100,6 +103,13 @@ impl Renderer {
     /// # Errors
     /// Numbers of the scene that cannot be rendered, a device that is lost or has no memory left.
     pub fn set_scene(&mut self, scene: &Scene) -> Result<()> {
+        // Opacity by gradient needs other shaders, and what they read.
+        if blends(scene) != self.scene.kind().layers.are_blended() {
+            let mut anew = Self::with_filtering(&self.gpu, scene, self.filtering)?;
+            anew.scene.choose_as(&self.scene, &anew.stages.shadow_grid)?;
+            *self = anew;
+            return Ok(());
+        }
         self.scene.set(scene, &self.stages.shadow_grid)
     }
 

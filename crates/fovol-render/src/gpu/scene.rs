@@ -1,5 +1,5 @@
 use super::error::Result;
-use super::layers::{LayerLooks, Layering, Layers};
+use super::layers::{LayerLooks, Layering, Layers, blends};
 use super::light_columns::{self, ColumnNumbers};
 use super::scene_kind::{SceneKind, scene_layout};
 use super::scene_numbers::{FAR, SceneNumbers, padded};
@@ -41,9 +41,21 @@ impl DeviceScene {
     /// # Errors
     /// Numbers of the scene that cannot be rendered with, a device that is lost or has no memory left.
     pub fn set(&mut self, scene: &Scene, shadows: &ShadowGridPass) -> Result<()> {
-        check(scene)?;
-        if self.contents.change(scene) {
+        scene.check()?;
+        if self.contents.change(scene)? {
             self.group = self.contents.bind(shadows)?;
+        }
+        Ok(())
+    }
+
+    /// Skips empty space and keeps a grid of shadows where `other` does.
+    ///
+    /// # Errors
+    /// A device that is lost or has no memory left.
+    pub fn choose_as(&mut self, other: &Self, shadows: &ShadowGridPass) -> Result<()> {
+        self.contents.skip_empty = other.contents.skip_empty;
+        if other.contents.keeps_shadow_grid {
+            self.keep_shadow_grid(shadows)?;
         }
         Ok(())
     }
@@ -103,15 +115,6 @@ impl DeviceScene {
     }
 }
 
-/// Checks that `scene` can be rendered on a GPU: its numbers are valid, and its opacity depends on no gradient.
-fn check(scene: &Scene) -> Result<()> {
-    scene.check()?;
-    if scene.has_gradient_opacity() {
-        return Err(super::Error::Gradients);
-    }
-    Ok(())
-}
-
 /// Sources of a grid of shadows, besides the volume. No step changes it.
 #[derive(Debug, Clone, PartialEq)]
 struct GridSource {
@@ -132,8 +135,6 @@ pub struct Contents {
     clip: ClipBox,
     volume: VolumeTexture,
     layers: Layers,
-    /// The factor from texels to display values.
-    value_scale: f32,
     has_gaps: bool,
     cells: Macrocells,
     skip_empty: bool,
@@ -160,12 +161,12 @@ impl Contents {
     /// # Errors
     /// Numbers of the scene that cannot be rendered with, a volume that exceeds the device's limits or memory.
     pub fn new(gpu: &Gpu, scene: &Scene, filtering: Filtering) -> Result<Self> {
-        check(scene)?;
+        scene.check()?;
         // Bricks are freed after the upload.
         let bricks = Bricks::of_volume(&scene.volume).map_err(fovol_core::Error::from)?;
         let cells = Macrocells::new(&bricks).map_err(fovol_core::Error::from)?;
         // Shaders of several volumes interpolate voxels themselves.
-        let filtering = if scene.is_layered() { Filtering::Exact } else { filtering };
+        let filtering = if blends(scene) { Filtering::Exact } else { filtering };
         let volume = VolumeTexture::new(gpu, &bricks, filtering)?;
         let layers = Layers::new(gpu, scene)?;
         let layering = layers.layering(bricks.has_gaps(), scene.interpolation);
@@ -174,7 +175,6 @@ impl Contents {
             layout: gpu.guarded("uploading the scene", || scene_layout(gpu, volume.kind(), layering))?,
             grid: *scene.volume.grid(),
             clip: scene.clip_box(),
-            value_scale: bricks.scale() * volume.unit(),
             has_gaps: bricks.has_gaps(),
             volume,
             layers,
@@ -202,8 +202,12 @@ impl Contents {
     }
 
     /// Takes over all of `scene` but its volumes; returns whether anything changed.
-    fn change(&mut self, scene: &Scene) -> bool {
-        let recoloured = self.layers.change(scene) || self.transfer != scene.transfer_function;
+    ///
+    /// # Errors
+    /// A device that has no memory for lengths of gradients.
+    fn change(&mut self, scene: &Scene) -> Result<bool> {
+        let thinned = self.layers.find_gradients(&self.gpu, scene)?;
+        let recoloured = self.layers.change(scene) || thinned || self.transfer != scene.transfer_function;
         let is_other_mode = self.mode != scene.mode;
         if recoloured || is_other_mode {
             self.transfer = scene.transfer_function.clone();
@@ -216,7 +220,7 @@ impl Contents {
         let after = (scene.shading, scene.background, scene.marching_step(), integration, scene.clip_box());
         (self.shading, self.background, self.step, _, self.clip) = after;
         (self.integration, self.interpolation) = integration;
-        recoloured || is_other_mode || before != after
+        Ok(recoloured || is_other_mode || before != after)
     }
 
     /// The kind of the volume's texels.
@@ -335,7 +339,7 @@ impl Contents {
             last: self.grid.dims().map(|d| (d - 1) as f32),
             delta: delta as f32,
             to_voxels: self.grid.voxel_size().recip().as_vec3().to_array(),
-            scale: self.value_scale * tables.scale,
+            scale: self.volume.value_scale() * tables.scale,
             background: self.background.map(|c| c as f32),
             ambient: self.shading.ambient as f32,
             light_delta: light.delta,

@@ -81,8 +81,9 @@ impl ShadowGridPass {
         (slices, dims): (&LightSlices, [usize; 3]),
     ) -> Result<wgpu::Texture> {
         let [rows, along] = slices.columns().map(|[first, last]| (last - first + 1) as u64);
-        // Entries of further volumes take as much room again.
-        let bytes = 16 * rows * along * if kind.layers.volumes > 1 { 2 } else { 1 };
+        // Entries of further volumes take as much room again, and so do lengths of gradients.
+        let has_more = kind.layers.volumes > 1 || kind.layers.are_thinned();
+        let bytes = 16 * rows * along * if has_more { 3 } else { 1 };
         let limit = gpu.device().limits().max_storage_buffer_binding_size;
         let mend = "average its voxels with --downsample 2 (or more), or use --shadows on";
         let limit = ("maxStorageBufferBindingSize", limit);
@@ -94,7 +95,8 @@ impl ShadowGridPass {
                 TexelKind::Filtered => SHADOW_GRID_FILTERED,
                 TexelKind::Stored { .. } => SHADOW_GRID,
             };
-            let constants = kind.constants();
+            let mut constants = kind.constants();
+            constants.push(("MORE", f64::from(u8::from(has_more))));
             let pipeline = |entry_point| compute_pipeline(gpu, &shader, entry_point, &layouts, &constants);
             let [cross, keep] = ["cross", "keep"].map(pipeline);
             let grid = shadow_texture(gpu, dims);

@@ -1,5 +1,5 @@
 use super::layers::{LayerNumbers, Layers};
-use crate::scene::{BlendTable, ExtinctionTable, TransferTable};
+use crate::scene::{ExtinctionTable, TransferTable};
 use fovol_core::{Integration, MOST_VOLUMES, TransferFunction};
 
 /// Tables of transfer functions for one step, as shaders read them. Those of several volumes lie one after the other.
@@ -8,7 +8,7 @@ pub struct Tables {
     pub appearance: Vec<[u32; 2]>,
     /// α of one shadow step of every entry.
     pub shadow_alpha: Vec<f32>,
-    /// With several volumes the bits of the extinction of every entry; else the tables of shaders/fine.wgsl, if it is fine.
+    /// With several volumes the bits of the extinction of every entry, and of factors by gradient; else the tables of shaders/fine.wgsl, if it is fine.
     pub extinction: Vec<u32>,
     /// Extinction of one step that an integer 1 in tables of fine integration stands for.
     pub extinction_unit: f32,
@@ -42,10 +42,11 @@ impl Tables {
             shadow_alpha: Vec::new(),
         };
         if layers.are_blended() {
-            let first = BlendTable::new(transfer, step);
-            let all: Vec<BlendTable> = std::iter::once(first).chain(layers.tables(step)).collect();
+            let all = layers.tables(transfer, step);
             tables.layers = layers.numbers(&all);
-            tables.extinction = all.iter().flat_map(|of| of.extinction.iter().map(|e| e.to_bits())).collect();
+            let factors = all.iter().flat_map(|of| of.gradient.iter().flat_map(|gradient| &gradient.factors));
+            let extinctions = all.iter().flat_map(|of| &of.extinction).chain(factors);
+            tables.extinction = extinctions.map(|number| number.to_bits()).collect();
             tables.appearance = all.iter().flat_map(|of| of.transfer.appearance.iter().copied()).collect();
             tables.shadow_alpha =
                 all.iter().flat_map(|of| of.transfer.shadow_alpha.iter().copied()).collect();

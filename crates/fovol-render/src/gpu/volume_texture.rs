@@ -34,8 +34,8 @@ pub enum TexelKind {
 pub struct VolumeTexture {
     texture: wgpu::Texture,
     kind: TexelKind,
-    /// The stored value that a texel of 1 stands for.
-    unit: f32,
+    /// The factor from texels to display values.
+    value_scale: f32,
 }
 
 impl VolumeTexture {
@@ -88,12 +88,12 @@ impl VolumeTexture {
             BrickData::F32(values) => upload_voxels(gpu, &texture, layout, |at| values[at], corners),
             BrickData::Gaps(values) => upload_voxels(gpu, &texture, layout, |at| finite(values[at]), corners),
         })?;
-        Ok(Self { texture, kind, unit })
+        Ok(Self { texture, kind, value_scale: bricks.scale() * unit })
     }
 
-    /// The stored value that a texel of 1 stands for.
-    pub fn unit(&self) -> f32 {
-        self.unit
+    /// The factor from texels to display values.
+    pub fn value_scale(&self) -> f32 {
+        self.value_scale
     }
 
     /// The kind of the texels.

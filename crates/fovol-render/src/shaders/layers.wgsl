@@ -15,6 +15,8 @@ override LAYER_FLOATS: u32 = 0;
 override LAYER_GAPS: u32 = 0;
 /// Which volumes' values are those of the nearest voxel, one bit each.
 override LAYER_NEAREST: u32 = 0;
+/// Which volumes' opacities depend on the gradient, one bit each.
+override THINNED: u32 = 0;
 
 /// Numbers of a volume. Twin of `LayerNumbers` in gpu/layers.rs.
 struct LayerNumbers {
@@ -26,6 +28,13 @@ struct LayerNumbers {
     table: u32,
     /// Entry of the largest value; after it comes that of NaN.
     last_entry: u32,
+    /// Where the factors of its extinction by gradient begin in `extinction`, and their last index.
+    factors: u32,
+    last_factor: f32,
+    /// From stored lengths of gradients to indices of the factors.
+    length_scale: f32,
+    /// The primary step in voxels.
+    step: f32,
     unused_0: u32,
     unused_1: u32,
 }
@@ -40,6 +49,11 @@ struct LayerNumbers {
 @group(0) @binding(14) var colours_1: texture_3d<u32>;
 @group(0) @binding(15) var colours_2: texture_3d<u32>;
 @group(0) @binding(16) var colours_3: texture_3d<u32>;
+/// Lengths of the gradients of each volume.
+@group(0) @binding(17) var lengths_0: texture_3d<u32>;
+@group(0) @binding(18) var lengths_1: texture_3d<u32>;
+@group(0) @binding(19) var lengths_2: texture_3d<u32>;
+@group(0) @binding(20) var lengths_3: texture_3d<u32>;
 
 /// Whether `bits` have that of volume `n`.
 fn is_of(bits: u32, n: u32) -> bool {
@@ -140,6 +154,69 @@ fn colours_of(n: u32, p: vec3f) -> vec3f {
     return mix(before, after, f.z) * layers[n].colour_scale;
 }
 
+/// Stored length of the gradient of volume `n` at the voxel of `cell`.
+fn stored_length(n: u32, cell: vec3i) -> f32 {
+    switch n {
+        case 0u: { return f32(textureLoad(lengths_0, cell, 0).x); }
+        case 1u: { return f32(textureLoad(lengths_1, cell, 0).x); }
+        case 2u: { return f32(textureLoad(lengths_2, cell, 0).x); }
+        default: { return f32(textureLoad(lengths_3, cell, 0).x); }
+    }
+}
+
+/// Stored length of volume `n` between the voxel at `cell` and the next one along x.
+fn length_along_x(n: u32, cell: vec3i, part: f32) -> f32 {
+    return mix(stored_length(n, cell), stored_length(n, cell + vec3i(1, 0, 0)), part);
+}
+
+/// Length of the gradient of volume `n` at `p`, as an index of its factors. Twin of `Thinning` in cpu/thinning.rs.
+fn length_of(n: u32, p: vec3f) -> f32 {
+    if !is_of(THINNED, n) {
+        return 0.0;
+    }
+    let clamped = clamp(p, vec3f(0.0), scene.last);
+    var stored = 0.0;
+    if is_nearest_of(n) {
+        stored = stored_length(n, vec3i(clamped + 0.5));
+    } else {
+        let cell = vec3i(clamped);
+        let f = clamped - vec3f(cell);
+        let behind = cell + vec3i(0, 0, 1);
+        let before = mix(length_along_x(n, cell, f.x), length_along_x(n, cell + vec3i(0, 1, 0), f.x), f.y);
+        let after = mix(length_along_x(n, behind, f.x), length_along_x(n, behind + vec3i(0, 1, 0), f.x), f.y);
+        stored = mix(before, after, f.z);
+    }
+    return min(stored * layers[n].length_scale, layers[n].last_factor);
+}
+
+/// Extinction of volume `n` at `entry` of its tables, at a gradient of `length`, on which that of NaN does not depend.
+fn thinned(n: u32, entry: u32, length: f32) -> f32 {
+    let whole = bitcast<f32>(extinction[table_of(n) + entry]);
+    let factor = bitcast<f32>(extinction[layers[n].factors + u32(length + 0.5)]);
+    return select(whole * factor, whole, entry > last_entry_of(n));
+}
+
+/// Extinction of volume `n` at `p`, where its tables have `entry`.
+fn extinction_of(n: u32, p: vec3f, entry: u32) -> f32 {
+    if is_of(THINNED, n) {
+        return thinned(n, entry, length_of(n, p));
+    }
+    return bitcast<f32>(extinction[table_of(n) + entry]);
+}
+
+/// Transmittance of `steps` primary steps through matter of volume `n` with `extinction`.
+fn passing(n: u32, extinction: f32, steps: f32) -> f32 {
+    return exp(-extinction * steps * layers[n].step);
+}
+
+/// Transmittance of `steps` primary steps through volume `n` at `entry` of its tables, and at a gradient of `length`.
+fn passing_of(n: u32, entry: u32, length: f32, steps: f32) -> f32 {
+    if is_of(THINNED, n) {
+        return passing(n, thinned(n, entry, length), steps);
+    }
+    return pow(1.0 - shadow_alpha[table_of(n) + entry], steps / SHADOW_STEP);
+}
+
 /// Packs a colour as the transfer table does.
 fn packed_colour(rgb: vec3f) -> u32 {
     let fields = vec3u(min(rgb, vec3f(1.0)) * vec3f(2047.0, 2047.0, 1023.0) + 0.5);
@@ -152,15 +229,19 @@ fn look_at(p: vec3f) -> vec2u {
     var whole = 0.0;
     var sums = vec3f(0.0);
     for (var n = 0u; n < VOLUMES; n += 1u) {
-        let at = table_of(n) + entry(field_of(n, p));
-        let looks = appearance[at];
-        let weight = bitcast<f32>(extinction[at]);
+        let at = entry(field_of(n, p));
+        let looks = appearance[table_of(n) + at];
+        let weight = extinction_of(n, p, at);
         if weight > 0.0 {
             var rgb = colour_of(looks.y);
             if is_of(COLOURED, n) {
                 rgb = colours_of(n, p);
             }
-            clear *= 1.0 - bitcast<f32>(looks.x);
+            var alpha = bitcast<f32>(looks.x);
+            if is_of(THINNED, n) {
+                alpha = 1.0 - passing(n, weight, 1.0);
+            }
+            clear *= 1.0 - alpha;
             whole += weight;
             sums += weight * rgb;
         }
@@ -171,11 +252,20 @@ fn look_at(p: vec3f) -> vec2u {
     return vec2u(bitcast<u32>(1.0 - clear), packed_colour(sums / whole));
 }
 
+/// α of one shadow step through volume `n` at `p`.
+fn own_shadow_alpha(n: u32, p: vec3f) -> f32 {
+    let at = entry(field_of(n, p));
+    if is_of(THINNED, n) {
+        return 1.0 - passing(n, extinction_of(n, p, at), SHADOW_STEP);
+    }
+    return shadow_alpha[table_of(n) + at];
+}
+
 /// α of one shadow step through all volumes at `p`.
 fn shadow_alpha_of(p: vec3f) -> f32 {
     var clear = 1.0;
     for (var n = 0u; n < VOLUMES; n += 1u) {
-        clear *= 1.0 - shadow_alpha[table_of(n) + entry(field_of(n, p))];
+        clear *= 1.0 - own_shadow_alpha(n, p);
     }
     return 1.0 - clear;
 }
@@ -200,7 +290,7 @@ fn facing(p: vec3f) -> f32 {
     var whole = 0.0;
     var sum = 0.0;
     for (var n = 0u; n < VOLUMES; n += 1u) {
-        let weight = bitcast<f32>(extinction[table_of(n) + entry(field_of(n, p))]);
+        let weight = extinction_of(n, p, entry(field_of(n, p)));
         if weight > 0.0 {
             whole += weight;
             sum += weight * own_facing(n, p);

@@ -54,3 +54,13 @@ fn has_gaps_of(n: u32) -> bool {
 fn is_nearest_of(n: u32) -> bool {
     return NEAREST;
 }
+
+/// Length of the gradient of volume `n` at `p`, where its opacity depends on that.
+fn length_of(n: u32, p: vec3f) -> f32 {
+    return 0.0;
+}
+
+/// Transmittance of `steps` primary steps through volume `n` at `entry` of its tables, and at a gradient of `length`.
+fn passing_of(n: u32, entry: u32, length: f32, steps: f32) -> f32 {
+    return pow(1.0 - shadow_alpha[entry], steps / SHADOW_STEP);
+}

@@ -26,8 +26,8 @@ struct Slice {
 }
 
 @group(1) @binding(0) var<uniform> slice: Slice;
-/// Of each column the transmittance before the last slice, that of the last slice, and its entry in the transfer table. Entries of
-/// further volumes follow those of all columns.
+/// Of each column the transmittance before the last slice, that of the last slice, and its entry in the transfer table. Where
+/// there is more, entries of further volumes follow for all columns, and lengths of gradients.
 @group(1) @binding(1) var<storage, read_write> columns: array<vec4f>;
 /// Light that comes to each column in a slice. There is room for four slices, by their voxels along z.
 @group(1) @binding(2) var<storage, read_write> lights: array<f32>;
@@ -38,6 +38,9 @@ struct Slice {
 
 /// Length of the first stretch of a shadow ray, in slices.
 const FIRST_STRETCH: f32 = 1.5;
+
+/// Whether columns have entries of further volumes, or lengths of gradients.
+override MORE: bool = false;
 
 fn number_of_columns() -> u32 {
     return slice.columns.x * slice.columns.y;
@@ -57,9 +60,14 @@ fn is_inside(p: vec3f) -> bool {
     return inside;
 }
 
-/// Transmittance of `slices` slices at an entry of volume `n`, which may be that of NaN.
-fn through(n: u32, number: f32, slices: f32) -> f32 {
-    return pow(1.0 - shadow_alpha[table_of(n) + entry(number)], slices * slice.steps / SHADOW_STEP);
+/// Transmittance of `slices` slices at an entry of volume `n`, which may be that of NaN, and at a gradient of `length`.
+fn through(n: u32, number: f32, length: f32, slices: f32) -> f32 {
+    return passing_of(n, entry(number), length, slices * slice.steps);
+}
+
+/// Part of the way to the slice before, at which a shadow ray takes its first sample of volume `n`.
+fn near_part(n: u32) -> f32 {
+    return select(slice.near, floor(slice.near + 0.5), is_nearest_of(n));
 }
 
 /// Entry of volume `n` where a shadow ray takes its first sample, between entry `here` and the one in the slice before.
@@ -68,7 +76,7 @@ fn first_entry(n: u32, here: f32, beyond: f32) -> f32 {
     if has_gaps_of(n) && !is_nearest_of(n) && max(here, beyond) > last {
         return last + 0.5;
     }
-    return mix(here, beyond, select(slice.near, floor(slice.near + 0.5), is_nearest_of(n)));
+    return mix(here, beyond, near_part(n));
 }
 
 @compute @workgroup_size(8, 8)
@@ -82,11 +90,14 @@ fn cross(@builtin(global_invocation_id) thread: vec3u) {
     p[slice.down] = f32(at.x) + slice.part.x;
     p[slice.along] = f32(at.y) + slice.part.y;
     let i = column_at(slice, at);
-    let more = number_of_columns() + i;
     let before = columns[i];
+    // Entries of further volumes, and lengths of gradients.
+    let more = vec2u(i) + vec2u(1u, 2u) * number_of_columns();
     var entries = vec4f(before.z, 0.0, 0.0, 0.0);
-    if VOLUMES > 1u {
-        entries = vec4f(before.z, columns[more].xyz);
+    var lengths = vec4f(0.0);
+    if MORE {
+        entries = vec4f(before.z, columns[more.x].xyz);
+        lengths = columns[more.y];
     }
     let is_first_lit = is_inside(p + slice.near * slice.steps * scene.light_delta);
     let is_lit = is_inside(p);
@@ -96,17 +107,22 @@ fn cross(@builtin(global_invocation_id) thread: vec3u) {
         let here = field_of(n, p);
         // A column that has crossed no slice has a negative entry.
         let beyond = select(entries[n], here, before.z < 0.0);
+        let length = length_of(n, p);
+        let length_beyond = select(lengths[n], length, before.z < 0.0);
         if is_first_lit {
-            light *= through(n, first_entry(n, here, beyond), FIRST_STRETCH);
+            let near_length = mix(length, length_beyond, near_part(n));
+            light *= through(n, first_entry(n, here, beyond), near_length, FIRST_STRETCH);
         }
         if is_lit {
-            now *= through(n, here, 1.0);
+            now *= through(n, here, length, 1.0);
         }
         entries[n] = here;
+        lengths[n] = length;
     }
     columns[i] = vec4f(before.x * before.y, now, entries[0], 0.0);
-    if VOLUMES > 1u {
-        columns[more] = vec4f(entries.yzw, 0.0);
+    if MORE {
+        columns[more.x] = vec4f(entries.yzw, 0.0);
+        columns[more.y] = lengths;
     }
     lights[select(0u, slice.voxel % 4u, slice.deep == 2u) * number_of_columns() + i] = light;
 }

@@ -6,7 +6,7 @@ mod estimate;
 mod frames;
 #[cfg(feature = "gpu")]
 mod gpu;
-mod gradient_opacity;
+mod gradient_note;
 mod marcher;
 mod open_marcher;
 mod rays;
@@ -29,7 +29,7 @@ use fovol_render::scene::RayResult;
 #[cfg(feature = "gpu")]
 pub use frames::{DeviceFrame, DoneFrame};
 pub use frames::{FrameGuide, RenderedFrame};
-use gradient_opacity::{device_for, integration_note};
+use gradient_note::gradient_note;
 use marcher::Marcher;
 use open_marcher::open_marcher;
 pub use rays::Rays;
@@ -49,8 +49,6 @@ pub struct Pipeline {
     settings: RenderSettings,
     speed: SpeedSettings,
     device: OpenDevice,
-    /// Whether the CPU renders instead of `device`, because the opacity depends on the gradient.
-    is_replaced: bool,
     marcher: Box<dyn Marcher>,
     reconstruction: HostReconstruction,
     paths: Paths,
@@ -87,11 +85,9 @@ impl Pipeline {
         let cropped = CroppedVolume::new(volume, settings.crop)?;
         let world = WorldBox::new(&volume.volume, settings)?;
         let scene = cropped.of(scene(volume, settings)?);
-        let (used, note) = device_for(&device, &scene, speed)?;
-        estimate::fits_into_memory(&used, &scene, settings)?;
-        let (marcher, mut notes) = threads.install(|| open_marcher(&used, &scene, settings, speed))?;
-        let is_replaced = note.is_some();
-        notes.extend(note.into_iter().chain(integration_note(&scene)));
+        estimate::fits_into_memory(&device, &scene, settings)?;
+        let (marcher, mut notes) = threads.install(|| open_marcher(&device, &scene, settings, speed))?;
+        notes.extend(gradient_note(&scene));
         notes.extend(orientation_notes(&volume.volume, settings)?);
         notes.extend(isosurface_note(&volume.volume, settings));
         check_marcher(&*marcher, settings)?;
@@ -105,7 +101,6 @@ impl Pipeline {
             settings: settings.clone(),
             speed: speed.clone(),
             device,
-            is_replaced,
             marcher,
             reconstruction,
             paths: Paths::new(settings, &world)?,
@@ -133,9 +128,6 @@ impl Pipeline {
             return self.begin_anew(settings);
         }
         let scene = self.cropped.of(scene);
-        if device_for(&self.device, &scene, &self.speed)?.1.is_some() != self.is_replaced {
-            return self.begin_anew(settings);
-        }
         let reconstructs_alike = self.settings.reconstructs_as(settings);
         let Self { threads, marcher, reconstruction, .. } = self;
         threads.install(|| {
@@ -152,7 +144,7 @@ impl Pipeline {
         Ok(())
     }
 
-    /// Starts over with another part of the volume, or on another device; nothing of the old scene can be kept.
+    /// Starts over with another part of the volume; nothing of the old scene can be kept.
     fn begin_anew(&mut self, settings: &RenderSettings) -> Result<()> {
         let anew = Self::on(self.device.clone(), &self.volume, settings, &self.speed)?;
         let old = std::mem::replace(self, anew);
