@@ -112,7 +112,7 @@ fn the_processor_takes_the_place_of_a_gpu() {
     assert!(error.contains("opacity by gradient") && error.contains("--device gpu"), "{error}");
     let mut pipeline = on(&borders, &SpeedSettings::default()).unwrap();
     let replaced =
-        |pipeline: &Pipeline| pipeline.notes().iter().any(|note| note.contains("on the processor"));
+        |pipeline: &Pipeline| pipeline.notes().iter().any(|note| note.contains("gradient is rendered on"));
     assert!(replaced(&pipeline) && pipeline.machine().gpu.is_none());
     assert_eq!(pipeline.render(0).unwrap().frame, expected);
     pipeline.change(&whole).unwrap();
