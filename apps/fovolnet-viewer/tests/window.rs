@@ -359,7 +359,9 @@ fn colours_of_buttons_are_those_of_the_picture() {
     let session = folder.path().join("blue.toml");
     let text = "volume = \"head\"\n[render]\nbackground = [0.05, 0.07, 0.12]\n";
     std::fs::write(&session, text).unwrap();
-    let window = window(Some(session.to_str().unwrap()), folder.path());
+    let mut window = window(Some(session.to_str().unwrap()), folder.path());
+    window.get_by_label("Background").scroll_to_me();
+    settle(&mut window);
     let expected = Color32::from_rgb(13, 18, 31);
     let shapes = &window.output().shapes;
     let fills = shapes.iter().filter_map(|shape| match &shape.shape {

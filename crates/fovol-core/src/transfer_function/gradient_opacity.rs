@@ -1,6 +1,5 @@
 //! Opacity by gradient in transfer functions.
 
-use super::TransferFunction;
 use crate::{Error, Result};
 
 /// Piecewise-linear factor of the opacity over the length of the gradient of the values.
@@ -96,27 +95,9 @@ fn wrong(problem: impl std::fmt::Display) -> Error {
     Error::TransferFunction(format!("its opacity by gradient {problem}"))
 }
 
-impl TransferFunction {
-    /// Sets the opacity by gradient; `None` removes it.
-    #[must_use]
-    pub fn with_gradient(mut self, gradient: Option<GradientOpacity>) -> Self {
-        self.gradient = gradient;
-        self
-    }
-
-    /// Opacity by gradient, if set.
-    pub fn gradient(&self) -> Option<&GradientOpacity> {
-        self.gradient.as_ref()
-    }
-
-    /// Opacity by gradient, if it changes anything.
-    pub fn gradient_opacity(&self) -> Option<&GradientOpacity> {
-        self.gradient.as_ref().filter(|gradient| !gradient.is_neutral())
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::TransferFunction;
     use super::*;
     use proptest::prelude::*;
 
