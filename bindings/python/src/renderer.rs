@@ -122,7 +122,7 @@ impl Renderer {
         })
     }
 
-    /// What was assumed or left out, one line each.
+    /// Assumptions and omissions, one line each.
     #[getter]
     fn notes(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         self.with(py, |state| Ok(state.pipeline()?.notes().to_vec()))

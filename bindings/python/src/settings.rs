@@ -15,7 +15,7 @@ pub fn of_volumes(json: &str) -> PyResult<VolumeSettings> {
     parsed(json)
 }
 
-/// What `json` holds; errors name the setting, as Python writes it.
+/// Settings of `json`; errors name the wrong one as Python writes it.
 fn parsed<T: DeserializeOwned>(json: &str) -> PyResult<T> {
     serde_path_to_error::deserialize(&mut serde_json::Deserializer::from_str(json)).map_err(|error| {
         let name = error.path().to_string().replace('-', "_");

@@ -126,13 +126,13 @@ impl Volume {
         &self.0.source
     }
 
-    /// What was assumed while the file was read, one line each.
+    /// Assumptions while the file was read, one line each.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.0.notes().into_iter().chain(self.0.remarks()).collect()
     }
 
-    /// The same voxels with other values shown as 0 and 1.
+    /// Copy that shows other values as 0 and 1, with the same voxels.
     fn with_range(&self, range: [f64; 2]) -> PyResult<Self> {
         let volume = (*self.0.volume).clone().with_range(range).map_err(|error| raised(&error))?;
         Ok(Self(OpenVolume { volume: Arc::new(volume), ..self.0.clone() }))

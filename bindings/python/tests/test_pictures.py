@@ -73,6 +73,10 @@ def test_objects_of_other_libraries_bring_their_order_and_spacing(scan: np.ndarr
     nib = pytest.importorskip("nibabel")
     nifti = nib.Nifti1Image(scan.transpose(2, 1, 0), np.diag([1.0, 1.5, 2.5, 1.0]))
     assert np.array_equal(picture(nifti), expected)
+    pyvista = pytest.importorskip("pyvista")
+    grid = pyvista.ImageData(dimensions=scan.shape[::-1], spacing=(1.0, 1.5, 2.5))
+    grid["values"] = scan.ravel()
+    assert np.array_equal(picture(grid), expected)
     xarray = pytest.importorskip("xarray")
     axes = {name: step * np.arange(n) for name, n, step in zip("zyx", scan.shape, (2.5, 1.5, 1.0))}
     assert np.array_equal(picture(xarray.DataArray(scan, coords=axes, dims=list("zyx"))), expected)

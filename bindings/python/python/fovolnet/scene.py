@@ -108,7 +108,7 @@ class Scene:
 
     @property
     def notes(self) -> list[str]:
-        """What was assumed or left out, one line each."""
+        """Assumptions and omissions, one line each."""
         return [*self.volume.notes, *self._prepared({}).notes]
 
     def render(self, *, transparent: bool = False) -> Picture:
