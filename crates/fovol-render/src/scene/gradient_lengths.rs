@@ -22,7 +22,7 @@ impl Bricks {
     ///
     /// Every voxel has the length of its central differences over ±1 voxel in world units, per mean edge of a voxel.
     /// Beyond the edge of the grid the last voxel repeats, and so does a voxel beside NaN. The lengths are in 16 bits;
-    /// the highest stands for [`greatest_gradient`].
+    /// the highest stands for the longest gradient that there can be.
     ///
     /// # Errors
     /// Too little memory.
