@@ -3,6 +3,8 @@
 mod archive;
 mod folder;
 mod index;
+#[cfg(feature = "remote")]
+mod known_metadata;
 mod metadata;
 #[cfg(feature = "remote")]
 mod remote;

@@ -1,6 +1,7 @@
 //! A hierarchy in a folder on a web server, such as an object store.
 
-use super::metadata::{Known, is_metadata};
+use super::known_metadata::Known;
+use super::metadata::is_metadata;
 use super::web_file::{Parts, WebFile};
 use super::{Blob, Store};
 use crate::natural_order;

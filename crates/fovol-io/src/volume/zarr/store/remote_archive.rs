@@ -4,7 +4,7 @@
 //! read.
 
 use super::index::Index;
-use super::metadata::Known;
+use super::known_metadata::Known;
 use super::web_file::{Answer, WebFile};
 use super::{Blob, Store};
 use crate::volume::Source;
