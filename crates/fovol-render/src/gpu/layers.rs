@@ -139,15 +139,14 @@ impl Layers {
     /// # Errors
     /// A volume that exceeds the device's memory.
     pub fn find_gradients(&mut self, gpu: &Gpu, scene: &Scene) -> Result<bool> {
-        let others =
-            scene.layers.iter().map(|layer| (&layer.volume, &layer.transfer_function, layer.interpolation));
-        let first = (&scene.volume, &scene.transfer_function, scene.interpolation);
+        let others = scene.layers.iter().map(|layer| (&layer.volume, &layer.transfer_function));
+        let first = (&scene.volume, &scene.transfer_function);
         let all: Vec<_> = std::iter::once(first).chain(others).collect();
         let depend = |transfer: &TransferFunction| {
             scene.has_gradient_opacity() && transfer.gradient_opacity().is_some()
         };
-        let thinned = bits(all.iter().map(|(_, transfer, _)| depend(transfer)));
-        for ((volume, transfer, _), lengths) in all.into_iter().zip(&mut self.lengths) {
+        let thinned = bits(all.iter().map(|(_, transfer)| depend(transfer)));
+        for ((volume, transfer), lengths) in all.into_iter().zip(&mut self.lengths) {
             if depend(transfer) && lengths.is_none() {
                 let bricks = Bricks::of_volume(volume).map_err(fovol_core::Error::from)?;
                 let found = bricks.gradient_lengths(volume.grid()).map_err(fovol_core::Error::from)?;
@@ -222,7 +221,8 @@ impl Layers {
         let scales = std::iter::once(0.0).chain(self.others.iter().map(|layer| layer.volume.value_scale()));
         let mut begin = 0;
         let mut factors = tables.iter().map(|table| table.extinction.len() as u32).sum::<u32>();
-        for (((to, scale), colours), table) in numbers.iter_mut().zip(scales).zip(&self.colours).zip(tables) {
+        let volumes = scales.zip(&self.colours).zip(&self.lengths).zip(tables);
+        for (to, (((scale, colours), lengths), table)) in numbers.iter_mut().zip(volumes) {
             *to = LayerNumbers {
                 colour_scale: colours.as_ref().map_or([0.0; 3], ColourTexture::scale),
                 scale: scale * table.transfer.scale(),
@@ -232,16 +232,12 @@ impl Layers {
                 step: table.step,
                 ..LayerNumbers::zeroed()
             };
-            if let Some(gradient) = &table.gradient {
+            if let (Some(gradient), Some(lengths)) = (&table.gradient, lengths) {
                 to.last_factor = gradient.last();
+                to.length_scale = gradient.scale * lengths.value_scale();
                 factors += gradient.factors.len() as u32;
             }
             begin += table.extinction.len() as u32;
-        }
-        for ((to, table), lengths) in numbers.iter_mut().zip(tables).zip(&self.lengths) {
-            if let (Some(gradient), Some(lengths)) = (&table.gradient, lengths) {
-                to.length_scale = gradient.scale * lengths.value_scale();
-            }
         }
         numbers
     }

@@ -2,7 +2,7 @@
 
 use crate::gaps;
 use crate::scenes::{transfer, volumes};
-use fovol_core::{Interpolation, Layer, Scene, Volume};
+use fovol_core::{Interpolation, Layer, RayMode, Scene, Volume};
 use std::sync::Arc;
 
 /// Scenes of the first and third volume of [`volumes`], which have the same dimensions, and of one with gaps.
@@ -38,4 +38,14 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         ("coloured layers", both),
         ("with gaps", with_gaps),
     ]
+}
+
+/// [`scenes`] without colours of voxels, in every projection.
+pub fn projections() -> Vec<(String, Scene)> {
+    let uncoloured = scenes().into_iter().filter(|(name, _)| !name.contains("coloured"));
+    let in_modes = uncoloured.flat_map(|(name, scene)| {
+        [RayMode::Mip, RayMode::Minip, RayMode::Average]
+            .map(|mode| (format!("{name} {mode:?}"), Scene { mode, ..scene.clone() }))
+    });
+    in_modes.collect()
 }

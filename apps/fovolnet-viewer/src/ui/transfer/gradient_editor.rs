@@ -1,7 +1,8 @@
 //! Editor for the opacity by gradient of the transfer function.
 
+use crate::ui::widgets::curve_points::{CurvePoint, edit_points};
 use crate::ui::widgets::outline::outline;
-use eframe::egui::{DragValue, Key, Pos2, Rect, Response, Sense, Stroke, Ui, pos2, vec2};
+use eframe::egui::{DragValue, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
 use fovolnet::core::GradientOpacity;
 
 /// State of the editor.
@@ -12,8 +13,6 @@ pub struct GradientEditor {
     last: Option<GradientOpacity>,
 }
 
-/// Distance at which the pointer catches a point, in points.
-const NEAR: f32 = 10.0;
 const HEIGHT: f32 = 70.0;
 /// Longest gradient of the plot, in display values per voxel.
 const LONGEST: f64 = 0.5;
@@ -54,7 +53,7 @@ impl GradientEditor {
         );
         let plot = rect.shrink(6.0);
         self.paint(ui, rect, gradient);
-        let mut is_changed = self.drag(ui, &response, plot, &mut points);
+        let mut is_changed = edit_points(ui, (&response, plot), &mut self.selected, &mut points);
         is_changed |= self.selected_ui(ui, &mut points, if hi > lo { hi - lo } else { 1.0 });
         let changed = is_changed.then(|| GradientOpacity::new(points).ok()).flatten();
         changed.filter(|changed| changed != gradient).map(Some)
@@ -78,39 +77,6 @@ impl GradientEditor {
         }
     }
 
-    /// Handles pointer and keyboard; returns whether anything changed.
-    fn drag(&mut self, ui: &Ui, response: &Response, plot: Rect, points: &mut Vec<[f64; 2]>) -> bool {
-        let pressed = response.drag_started() || response.clicked() || response.secondary_clicked();
-        if let Some(at) = ui.input(|input| input.pointer.press_origin()).or(response.interact_pointer_pos())
-            && pressed
-        {
-            self.selected = near(points, plot, at);
-        }
-        let mut is_changed = false;
-        if let Some(at) = response.interact_pointer_pos() {
-            if response.double_clicked() && near(points, plot, at).is_none() {
-                let point = point_at(plot, at);
-                let i = points.partition_point(|other| other[0] <= point[0]);
-                points.insert(i, point);
-                (self.selected, is_changed) = (Some(i), true);
-            } else if let Some(i) = self.selected
-                && response.dragged()
-            {
-                is_changed |= place(points, i, point_at(plot, at));
-            }
-        }
-        let deletes = response.secondary_clicked()
-            || (response.hovered() && ui.input(|input| input.key_pressed(Key::Delete)));
-        if let Some(i) = self.selected
-            && deletes
-            && points.len() > 1
-        {
-            points.remove(i);
-            (self.selected, is_changed) = (None, true);
-        }
-        is_changed
-    }
-
     /// Shows the numbers of the selected point; gradients in values of the file per voxel, of which `span` are shown.
     fn selected_ui(&self, ui: &mut Ui, points: &mut [[f64; 2]], span: f64) -> bool {
         let Some(i) = self.selected.filter(|&i| i < points.len()) else { return false };
@@ -128,11 +94,22 @@ impl GradientEditor {
     }
 }
 
-/// The point that the pointer catches at `at`.
-fn near(points: &[[f64; 2]], plot: Rect, at: Pos2) -> Option<usize> {
-    let distance = |i: &usize| position(plot, points[*i]).distance(at);
-    let nearest = (0..points.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-    nearest.filter(|i| distance(i) < NEAR)
+/// A gradient and its factor.
+impl CurvePoint for [f64; 2] {
+    fn position(&self, plot: Rect) -> Pos2 {
+        position(plot, *self)
+    }
+
+    fn add(points: &mut Vec<Self>, plot: Rect, at: Pos2) -> usize {
+        let point = point_at(plot, at);
+        let i = points.partition_point(|other| other[0] <= point[0]);
+        points.insert(i, point);
+        i
+    }
+
+    fn drag(points: &mut [Self], i: usize, plot: Rect, at: Pos2) -> bool {
+        place(points, i, point_at(plot, at))
+    }
 }
 
 /// Moves point `i` between its neighbours; returns whether it moved.

@@ -3,10 +3,10 @@
 use crate::ui::transfer::backdrop::Backdrop;
 use crate::ui::transfer::gradient_editor::GradientEditor;
 use crate::ui::widgets::colour_button::colour_button;
+use crate::ui::widgets::curve_points::{CurvePoint, edit_points};
 use crate::ui::widgets::outline::outline;
 use eframe::egui::{
-    Color32, ComboBox, DragValue, Key, Mesh, Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, pos2,
-    vec2,
+    Color32, ComboBox, DragValue, Mesh, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2,
 };
 use fovolnet::core::{ControlPoint, TransferFunction};
 use fovolnet::{OpenVolume, TransferChoice, presets};
@@ -18,8 +18,6 @@ pub struct TransferEditor {
     gradient: GradientEditor,
 }
 
-/// Distance at which the pointer catches a point, in points.
-const NEAR: f32 = 10.0;
 const HEIGHT: f32 = 150.0;
 /// Exponent of displayed opacities; most interesting opacities are small.
 const ROOT: f64 = 0.5;
@@ -40,7 +38,7 @@ impl TransferEditor {
             .on_hover_text("Drag points. Double click adds one, the right button or Delete takes it away.");
         let plot = plot_of(rect);
         self.paint(ui, rect, transfer, backdrop);
-        let mut is_changed = self.drag(ui, &response, plot, &mut points);
+        let mut is_changed = edit_points(ui, (&response, plot), &mut self.selected, &mut points);
         is_changed |= self.selected_ui(ui, &mut points, backdrop.histogram().range());
         is_changed |= window_level(ui, &mut points);
         let mut changed = is_changed.then(|| transfer.clone().with_points(points).ok()).flatten();
@@ -65,44 +63,6 @@ impl TransferEditor {
             let edge = if is_selected { ui.visuals().selection.bg_fill } else { ui.visuals().text_color() };
             painter.circle_stroke(at, if is_selected { 6.5 } else { 5.0 }, Stroke::new(1.5, edge));
         }
-    }
-
-    /// Handles pointer and keyboard; returns whether anything changed.
-    fn drag(&mut self, ui: &Ui, response: &Response, plot: Rect, points: &mut Vec<ControlPoint>) -> bool {
-        let mut is_changed = false;
-        let near = |points: &[ControlPoint], at: Pos2| {
-            let distance = |point: &ControlPoint| position(plot, point).distance(at);
-            let nearest =
-                (0..points.len()).min_by(|&a, &b| distance(&points[a]).total_cmp(&distance(&points[b])));
-            nearest.filter(|&i| distance(&points[i]) < NEAR)
-        };
-        let pressed = response.drag_started() || response.clicked() || response.secondary_clicked();
-        if let Some(at) = ui.input(|input| input.pointer.press_origin()).or(response.interact_pointer_pos())
-            && pressed
-        {
-            self.selected = near(points, at);
-        }
-        if let Some(at) = response.interact_pointer_pos() {
-            if response.double_clicked() && near(points, at).is_none() {
-                self.selected = Some(add(points, plot, at));
-                is_changed = true;
-            } else if let Some(i) = self.selected
-                && response.dragged()
-            {
-                is_changed |= place(points, i, value_at(plot, at));
-            }
-        }
-        let deletes = response.secondary_clicked()
-            || (response.hovered() && ui.input(|input| input.key_pressed(Key::Delete)));
-        if let Some(i) = self.selected
-            && deletes
-            && points.len() > 1
-        {
-            points.remove(i);
-            self.selected = None;
-            is_changed = true;
-        }
-        is_changed
     }
 
     /// Shows the values of the selected point, for the displayed range `lo` to `hi`.
@@ -167,16 +127,26 @@ fn place(points: &mut [ControlPoint], i: usize, [value, opacity]: [f64; 2]) -> b
     std::mem::replace(&mut points[i], moved) != moved
 }
 
-/// Adds a point with the function's colour there; returns its index.
-fn add(points: &mut Vec<ControlPoint>, plot: Rect, at: Pos2) -> usize {
-    let [value, opacity] = value_at(plot, at);
-    let colour = TransferFunction::new(points.clone()).map_or([1.0; 3], |transfer| {
-        let [r, g, b, _] = transfer.evaluate(value);
-        [r, g, b]
-    });
-    let i = points.partition_point(|point| point.value <= value);
-    points.insert(i, ControlPoint::new(value, colour, opacity));
-    i
+impl CurvePoint for ControlPoint {
+    fn position(&self, plot: Rect) -> Pos2 {
+        position(plot, self)
+    }
+
+    /// The point has the function's colour there.
+    fn add(points: &mut Vec<Self>, plot: Rect, at: Pos2) -> usize {
+        let [value, opacity] = value_at(plot, at);
+        let colour = TransferFunction::new(points.clone()).map_or([1.0; 3], |transfer| {
+            let [r, g, b, _] = transfer.evaluate(value);
+            [r, g, b]
+        });
+        let i = points.partition_point(|point| point.value <= value);
+        points.insert(i, Self::new(value, colour, opacity));
+        i
+    }
+
+    fn drag(points: &mut [Self], i: usize, plot: Rect, at: Pos2) -> bool {
+        place(points, i, value_at(plot, at))
+    }
 }
 
 /// Plot area in `rect`, with a margin for points at its edges.
@@ -293,7 +263,7 @@ mod tests {
     fn added_points_have_the_colour_that_is_there() {
         let plot = Rect::from_min_size(Pos2::ZERO, vec2(100.0, 100.0));
         let mut points = points();
-        let i = add(&mut points, plot, pos2(70.0, 50.0));
+        let i = ControlPoint::add(&mut points, plot, pos2(70.0, 50.0));
         assert_eq!(i, 2);
         assert_eq!(points[2].colour, [1.0, 0.5, 0.0]);
         assert!((points[2].opacity - 0.25).abs() < 1e-6);
