@@ -1,11 +1,8 @@
 //! Too little memory ends the program with one line and status 1, wherever it shows.
 
-use fovolnet::core::memory::{self, ExitWhenExhausted};
+use fovolnet::core::memory;
 use fovolnet::core::temporaries;
 use std::panic::PanicHookInfo;
-
-#[global_allocator]
-static MEMORY: ExitWhenExhausted = ExitWhenExhausted;
 
 /// Makes the program end with one line if an allocation fails or a thread cannot start. No temporary files are left.
 pub fn outlive() {

@@ -18,6 +18,13 @@ impl Frame {
         self.0.index
     }
 
+    /// Height and width in pixels.
+    #[getter]
+    fn shape(&self) -> (u32, u32) {
+        let size = self.0.frame.size();
+        (size.height, size.width)
+    }
+
     /// The picture: uint8 of shape (height, width, 3), display colours.
     #[getter]
     fn image<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u8>>> {

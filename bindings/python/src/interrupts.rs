@@ -1,19 +1,37 @@
 //! Work without the interpreter's lock that Ctrl-C ends.
 
-use crate::errors::interrupted;
+use crate::errors::{interrupted, wrong};
 use fovolnet::core::stop;
 use pyo3::prelude::*;
+use std::process;
+use std::sync::OnceLock;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
 /// How often the interpreter is asked for signals.
 const PERIOD: Duration = Duration::from_millis(50);
 
+/// The process that first worked, whose threads no fork of it has.
+static PROCESS: OnceLock<u32> = OnceLock::new();
+
+/// Checks that this process is no fork of one that has worked.
+fn check_process() -> PyResult<()> {
+    if *PROCESS.get_or_init(process::id) == process::id() {
+        return Ok(());
+    }
+    Err(wrong(
+        "this process was forked after fovolnet had started threads, which a fork does not have; start processes with \
+         multiprocessing.set_start_method(\"spawn\")",
+    ))
+}
+
 /// Runs `work` on a thread of its own, without the interpreter's lock.
 ///
 /// # Errors
-/// `KeyboardInterrupt`, or what another signal raises. What `work` was changing must not be used then.
+/// `KeyboardInterrupt`, or what another signal raises. What `work` was changing must not be used then. A process that was
+/// forked after work had begun.
 pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    check_process()?;
     py.detach(|| {
         std::thread::scope(|scope| {
             let (done, wait) = channel();

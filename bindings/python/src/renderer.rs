@@ -1,10 +1,12 @@
 use crate::errors::{raised, wrong};
 use crate::frame::Frame;
 use crate::interrupts::interruptible;
+use crate::pictures::{picture, plane};
 use crate::settings;
 use crate::volume::Volume;
-use fovolnet::core::Camera;
+use fovolnet::core::{Fovea, Pixel, SampleList};
 use fovolnet::{Device, OpenVolume, Pipeline, RenderSettings, SpeedSettings, Viewpoint};
+use numpy::{PyArray2, PyArray3};
 use pyo3::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
@@ -65,7 +67,7 @@ impl Renderer {
         let settings = settings::of_pictures(settings)?;
         let device = device.map(|device| device.parse::<Device>().map_err(wrong)).transpose()?;
         let speed = SpeedSettings { device, threads, ..SpeedSettings::default() };
-        let state = State { volume: volume.0.clone(), settings, speed, pipeline: None };
+        let state = State { volume: volume.opened.clone(), settings, speed, pipeline: None };
         let renderer = Self(Mutex::new(state));
         renderer.with(py, |state| state.pipeline().map(|_| ()))?;
         Ok(renderer)
@@ -81,28 +83,53 @@ impl Renderer {
         })
     }
 
-    /// Renders frame `i`, seen by `camera` (eye, target, vertical field of view in degrees) or along the path of the settings.
-    #[pyo3(signature = (i = 0, camera = None))]
-    fn render(&self, py: Python<'_>, i: u32, camera: Option<([f64; 3], [f64; 3], f64)>) -> PyResult<Frame> {
-        let camera = camera
-            .map(|(eye, target, fovy)| Camera::new(eye.into(), target.into(), fovy))
-            .transpose()
-            .map_err(|error| raised(&error))?;
+    /// Shows another volume with the same settings. Networks go on with what they have seen.
+    fn show(&self, py: Python<'_>, volume: &Volume) -> PyResult<()> {
+        let volume = volume.opened.clone();
         self.with(py, |state| {
-            let projection = state.settings.projection;
+            state.pipeline()?.show(&volume)?;
+            state.volume = volume;
+            Ok(())
+        })
+    }
+
+    /// Renders frame `i`, seen by the camera of the settings or along their path; `gaze` is where the eye looks, as fractions of the
+    /// frame from its top left. Frames have the motion of their pixels where `motion` is true.
+    #[pyo3(signature = (i = 0, gaze = None, motion = false))]
+    fn render(&self, py: Python<'_>, i: u32, gaze: Option<[f64; 2]>, motion: bool) -> PyResult<Frame> {
+        self.with(py, |state| {
             let pipeline = state.pipeline()?;
-            let Some(camera) = camera else { return pipeline.render(i) };
-            let camera = Camera { projection, ..camera };
-            pipeline.render_from(i, &Viewpoint { camera, fovea: pipeline.fovea(i) })
+            if motion {
+                pipeline.find_motion();
+            }
+            let Some(gaze) = gaze else { return pipeline.render(i) };
+            let fovea = Fovea { gaze, ..pipeline.fovea(i) };
+            fovea.check()?;
+            pipeline.render_from(i, &Viewpoint { camera: pipeline.camera(i), fovea })
         })
         .map(Frame)
     }
 
+    /// Distance of every pixel of frame `i` from the eye, along its ray, to where its opacity passes one half: float32 of shape
+    /// (height, width), in world units; infinite where it never does.
+    #[pyo3(signature = (i = 0))]
+    fn depth<'py>(&self, py: Python<'py>, i: u32) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let (size, depths) = self.with(py, |state| {
+            let pipeline = state.pipeline()?;
+            let (size, camera) = (pipeline.size(), pipeline.camera(i));
+            let rows = 0..size.height as u16;
+            let pixels = rows.flat_map(|y| (0..size.width as u16).map(move |x| Pixel { x, y })).collect();
+            let rays = pipeline.march(&camera, &SampleList::new(size, pixels))?;
+            Ok((size, rays.iter().map(|ray| ray.depth).collect()))
+        })?;
+        plane(py, size, depths)
+    }
+
     /// Frame `i` with every pixel marched and exact shadows: float32 of shape (height, width, 4).
     #[pyo3(signature = (i = 0))]
-    fn reference<'py>(&self, py: Python<'py>, i: u32) -> PyResult<Bound<'py, numpy::PyArray3<f32>>> {
+    fn reference<'py>(&self, py: Python<'py>, i: u32) -> PyResult<Bound<'py, PyArray3<f32>>> {
         let frame = self.with(py, |state| state.pipeline()?.reference(i))?;
-        crate::pictures::picture(py, frame.size(), 4, frame.pixels().iter().flatten().copied().collect())
+        picture(py, frame.size(), 4, frame.pixels().iter().flatten().copied().collect())
     }
 
     /// The camera of frame `i`: eye, target, vertical field of view in degrees.

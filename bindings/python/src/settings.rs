@@ -7,7 +7,12 @@ use serde::de::DeserializeOwned;
 
 /// Settings of pictures.
 pub fn of_pictures(json: &str) -> PyResult<RenderSettings> {
-    parsed::<RenderOverrides>(json)?.resolve().map_err(|error| raised(&error))
+    overrides(json)?.resolve().map_err(|error| raised(&error))
+}
+
+/// Settings of pictures, as far as they are given.
+pub fn overrides(json: &str) -> PyResult<RenderOverrides> {
+    parsed(json)
 }
 
 /// Settings for reading files.

@@ -197,13 +197,7 @@ impl Render {
             if flags.tf.is_none() {
                 session.check_transfer_function(path)?;
             }
-            if !session.volume_is_unchanged()? {
-                bail!(
-                    "{} has changed since {} was saved; save the session again, or restore the volume",
-                    session.volume,
-                    self.volume
-                );
-            }
+            session.check_unchanged(path)?;
             if !session.weights_are_unchanged()? {
                 console::warning(format!(
                     "the weights are not those that {} was saved with; pictures will not be the same",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -44,6 +44,10 @@ class Camera:
         azimuth, elevation = np.radians([self.azimuth, self.elevation])
         away = [np.cos(elevation) * np.sin(azimuth), np.sin(elevation), np.cos(elevation) * np.cos(azimuth)]
         return np.asarray(self.target, dtype=float) + self.distance * np.asarray(away)
+
+    def turned(self, degrees: float) -> Camera:
+        """The camera that far around the target, to its right."""
+        return replace(self, azimuth=self.azimuth + degrees)
 
     def as_setting(self) -> list[float]:
         """Eye, target and field of view, as the setting ``camera``."""

@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Any
+import os
+from collections.abc import Callable, Iterator, Sequence
+from threading import RLock
+from types import TracebackType
+from typing import Any, Literal, overload
 
+import numpy as np
+from numpy.typing import NDArray
+
+from . import session
 from ._native import Frame, Renderer, Volume
 from .camera import Camera
+from .clip import write_clip
+from .layer import Layer
 from .picture import Picture
 from .settings_text import settings_json
-from .transfer_functions import transfer_text
 from .volumes import as_volume
+
+#: Colour maps of further volumes that have no colours of their own, in order.
+COLOURS = ("inferno", "viridis", "cividis")
 
 
 class Scene:
-    """A volume with a camera and settings.
+    """Volumes with a camera and settings.
 
     Parameters
     ----------
@@ -26,15 +37,18 @@ class Scene:
         All cores, if not given.
     **settings
         Flags of the command line with ``_`` for ``-``, such as ``shadows="cached"``, ``mode="mip"``, ``step=0.5``. ``shadows`` may be
-        True or False.
+        True or False. `Scene.settings` holds them; changes show in the next picture.
 
     Examples
     --------
     >>> scene = Scene(size=(64, 48))
-    >>> _ = scene.add_volume(read("marschner-lobb", dims=(24, 24, 24)))
+    >>> layer = scene.add_volume("head")
     >>> scene.camera.azimuth += 30
     >>> scene.render().shape
     (48, 64, 3)
+    >>> layer.cmap = "viridis"
+    >>> scene.settings["shadows"] = "cached"
+    >>> scene.render().save("head.png")
     """
 
     def __init__(
@@ -46,60 +60,86 @@ class Scene:
         **settings: Any,
     ) -> None:
         self.size = size
-        self.settings = settings
+        self.settings: dict[str, Any] = settings
+        self.layers: list[Layer] = []
         self._device, self._threads = device, threads
-        self._volume: Volume | None = None
-        self._transfer: str | None = None
         self._camera: Camera | None = None
         self._renderer: Renderer | None = None
+        self._shown: Volume | None = None
+        self._shown_as: tuple[Any, ...] = ()
         self._given = ""
+        self._is_closed = False
+        self._lock = RLock()
 
     def add_volume(
         self,
         data: Any,
         *,
         spacing: Sequence[float] | None = None,
+        origin: Sequence[float] | None = None,
         order: str | None = None,
         rgb: bool = False,
+        labels: bool = False,
         clim: Sequence[float] | None = None,
         cmap: Any = None,
         opacity: Any = None,
         blending: str | None = None,
-    ) -> Volume:
-        """Shows a volume.
+        name: str | None = None,
+    ) -> Layer:
+        """Shows a volume. Up to four are blended, on the box of the first.
 
         Parameters
         ----------
-        data, spacing, order, rgb, clim
+        data, spacing, origin, order, rgb, labels, clim
             See `as_volume`.
-        cmap, opacity
-            Colours and opacities; see ``transfer_functions.transfer_text``.
+        cmap : str, Matplotlib colour map, array (n, 3 or 4), or callable, optional
+            Colours from the lowest to the highest shown value; or the name or file of a transfer function.
+        opacity : float, str, or sequence of float, optional
+            A factor of the automatic opacity; the name of a transfer function such as ``"ct-bone"``; ``"linear"``; or opacities of one
+            voxel, 0 to 1, from the lowest to the highest shown value.
         blending : {"composite", "mip", "minip", "average", "isosurface"}, optional
+            Which values along a ray show. It holds for the whole scene.
+        name : str, optional
+            Name in `layers`; its number, if not given.
 
         Returns
         -------
-        Volume
+        Layer
+            Its attributes can be changed later.
+
+        Raises
+        ------
+        ValueError
+            Data that cannot be rendered, a name that is taken.
         """
-        if self._volume is not None:
-            raise ValueError("the scene has a volume; make another Scene for another one")
-        self._volume = as_volume(data, spacing=spacing, order=order, rgb=rgb, clim=clim)
-        self._transfer = transfer_text(cmap, opacity)
+        self._check_open()
+        volume = as_volume(data, spacing=spacing, origin=origin, order=order, rgb=rgb, labels=labels, clim=clim, name=None)
+        name = name if name is not None else f"volume {len(self.layers)}"
+        if any(layer.name == name for layer in self.layers):
+            raise ValueError(f"a layer is called {name!r} already; give another name, or remove that layer")
+        if self.layers and cmap is None and opacity is not None and np.ndim(opacity) == 0 and not isinstance(opacity, str):
+            cmap = None if volume.has_own_colours else COLOURS[(len(self.layers) - 1) % len(COLOURS)]
+        layer = Layer(volume, name, cmap, opacity)
+        _ = layer.transfer
+        self.layers.append(layer)
         if blending is not None:
             self.settings["mode"] = blending
-        return self._volume
+        return layer
 
-    @property
-    def volume(self) -> Volume:
-        """The volume that is shown."""
-        if self._volume is None:
-            raise ValueError("the scene has no volume; call add_volume")
-        return self._volume
+    def remove(self, layer: Layer | str) -> None:
+        """Removes a layer, or the layer of that name."""
+        kept = [other for other in self.layers if layer not in (other, other.name)]
+        if len(kept) == len(self.layers):
+            names = ", ".join(repr(other.name) for other in self.layers) or "none"
+            raise ValueError(f"the scene has no layer {layer!r}; its layers are {names}")
+        self.layers = kept
 
     @property
     def camera(self) -> Camera:
         """The camera. It begins with the default view, which shows the whole volume; change it as you like."""
         if self._camera is None:
-            self._camera = Camera.looking(*self._prepared({}).camera())
+            with self._lock:
+                self._camera = Camera.looking(*self._prepared({}).camera())
         return self._camera
 
     @camera.setter
@@ -109,29 +149,72 @@ class Scene:
     @property
     def notes(self) -> list[str]:
         """Assumptions and omissions, one line each."""
-        return [*self.volume.notes, *self._prepared({}).notes]
+        with self._lock:
+            renderer = self._prepared({})
+            assert self._shown is not None
+            return [*self._shown.notes, *renderer.notes]
 
-    def render(self, *, transparent: bool = False) -> Picture:
+    @property
+    def gpu(self) -> str | None:
+        """Name of the GPU that renders, or None where the processor does."""
+        with self._lock:
+            return self._prepared({}).gpu
+
+    @overload
+    def render(self, *, transparent: bool = False, depth: Literal[False] = False) -> Picture: ...
+
+    @overload
+    def render(self, *, transparent: bool = False, depth: Literal[True]) -> tuple[Picture, NDArray[np.float32]]: ...
+
+    def render(
+        self, *, transparent: bool = False, depth: bool = False
+    ) -> Picture | tuple[Picture, NDArray[np.float32]]:
         """Renders a picture.
 
         Parameters
         ----------
         transparent : bool
             Opacity as a fourth channel instead of the background.
+        depth : bool
+            Distances, too.
 
         Returns
         -------
         Picture
             uint8 of shape (height, width, 3 or 4).
+        array (height, width), with ``depth``
+            float32: distance of each pixel from the eye, along its ray, to where its opacity passes one half, in world units, of which
+            the longest side of the volume is one; infinite where it never does.
         """
-        frame = self.render_frame(transparent=transparent)
-        return Picture(frame.image_rgba if transparent else frame.image)
+        with self._lock:
+            frame = self.render_frame(transparent=transparent)
+            image = Picture(frame.image_rgba if transparent else frame.image)
+            if not depth:
+                return image
+            assert self._renderer is not None
+            return image, self._renderer.depth()
 
-    def render_frame(self, **settings: Any) -> Frame:
-        """Renders one frame with everything that belongs to it. ``settings`` hold for this frame and on."""
-        return self._prepared(settings).render(0)
+    def render_frame(self, *, gaze: Sequence[float] | None = None, **settings: Any) -> Frame:
+        """Renders one frame with everything that belongs to it.
 
-    def frames(self, n: int, path: str | None = "turntable", **settings: Any) -> Iterator[Frame]:
+        Parameters
+        ----------
+        gaze : (float, float), optional
+            Where the eye looks, as fractions of the picture from its top left, for sparse frames.
+        **settings
+            Settings of this frame, besides those of the scene.
+
+        Returns
+        -------
+        Frame
+        """
+        where = None if gaze is None else (float(gaze[0]), float(gaze[1]))
+        with self._lock:
+            return self._prepared(settings).render(0, where)
+
+    def frames(
+        self, n: int = 100, path: str | os.PathLike[str] | None = "turntable", *, return_sparse: bool = False, **settings: Any
+    ) -> Iterator[Frame]:
         """Renders a clip, frame after frame.
 
         Parameters
@@ -139,34 +222,148 @@ class Scene:
         n : int
             Number of frames.
         path : str or None
-            ``"turntable"``, ``"orbit"``, ``"flythrough"``, or a TOML file of keyframes; None for the scene's camera.
+            ``"turntable"``, ``"orbit"``, ``"flythrough"``, or a TOML file of keyframes; None for the camera of the scene, wherever it is
+            when a frame is asked for.
+        return_sparse : bool
+            March few pixels, and find the motion of all. Frames then have ``sparse``, ``mask`` and ``motion``.
         **settings
-            Such as ``sampling="compact"`` for sparse frames that a network fills.
+            Settings of the clip, such as ``sampling="compact"`` for sparse frames that a network fills.
 
         Yields
         ------
         Frame
         """
-        settings = {"frames": n, **settings, **({} if path is None else {"path": path})}
-        renderer = self._prepared(settings, is_path=path is not None)
-        renderer.reset()
+        if return_sparse:
+            settings.setdefault("sampling", "compact")
+        along = {} if path is None else {"path": os.fspath(path)}
         for i in range(n):
-            yield renderer.render(i)
+            with self._lock:
+                renderer = self._prepared({"frames": n, **settings, **along}, is_path=path is not None)
+                if i == 0:
+                    renderer.reset()
+                frame = renderer.render(i, None, return_sparse)
+            yield frame
 
-    def reference(self) -> Picture:
-        """The picture with every pixel marched and exact shadows: float32 of shape (height, width, 4)."""
-        return Picture(self._prepared({}).reference(0))
+    def turntable(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        seconds: float = 8.0,
+        fps: float = 30.0,
+        turn: float = 360.0,
+        progress: Callable[[int, int], object] | None = None,
+        **settings: Any,
+    ) -> str:
+        """Writes a clip in which the volume turns once.
+
+        The camera goes round the target from where `camera` is.
+
+        Parameters
+        ----------
+        path : path
+            The extension chooses the format: .mp4, .gif, .webm and others where ffmpeg is installed, and .y4m everywhere.
+        seconds, fps : float
+            Length, and frames a second.
+        turn : float
+            Degrees.
+        progress : callable, optional
+            It is called after each frame, with the number of frames so far and of all.
+        **settings
+            Settings of the clip, such as ``sampling="compact"`` for sparse frames that a network fills.
+
+        Returns
+        -------
+        str
+            The file: ``path``, or with ``.y4m`` added where ffmpeg is needed and not installed.
+        """
+        n = max(1, round(seconds * fps))
+        return write_clip(path, self._turning(n, turn, settings), fps=fps, progress=progress, n=n)
+
+    def _turning(self, n: int, turn: float, settings: dict[str, Any]) -> Iterator[Frame]:
+        """Frames from around the target."""
+        camera = self.camera
+        for i in range(n):
+            view = camera.turned(turn * i / n)
+            with self._lock:
+                renderer = self._prepared({"frames": n, **settings, "camera": view.as_setting()})
+                if i == 0:
+                    renderer.reset()
+                frame = renderer.render(i)
+            yield frame
+
+    def reference(self) -> NDArray[np.float32]:
+        """The picture with every pixel marched and exact shadows: float32 of shape (height, width, 4), 0 to 1."""
+        with self._lock:
+            return self._prepared({}).reference(0)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes a session file, which the command line, the viewer and `load` open.
+
+        Volumes must come from files, see `read`.
+        """
+        self._check_open()
+        session.write(path, self.layers, self._settings({}))
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], *, device: str | None = None, threads: int | None = None) -> Scene:
+        """The scene of a session file, which the command line, the viewer or `save` wrote."""
+        layer, settings = session.read(path)
+        camera, size = settings.pop("camera", None), settings.pop("size", (1280, 720))
+        scene = cls(size=(int(size[0]), int(size[1])), device=device, threads=threads, **settings)
+        scene.layers.append(layer)
+        if camera is not None:
+            scene.camera = Camera.looking(camera[:3], camera[3:6], camera[6])
+        return scene
+
+    def close(self) -> None:
+        """Frees memory and threads. The scene cannot be used then."""
+        with self._lock:
+            self.layers, self._renderer, self._shown, self._is_closed = [], None, None, True
+
+    def __enter__(self) -> Scene:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def _check_open(self) -> None:
+        if self._is_closed:
+            raise ValueError("the scene is closed; make another one")
+
+    def _visible(self) -> list[Layer]:
+        self._check_open()
+        if not self.layers:
+            raise ValueError("the scene has no volume; call add_volume")
+        visible = [layer for layer in self.layers if layer.visible]
+        if not visible:
+            raise ValueError("no layer of the scene is visible; set visible of one to True")
+        return visible
+
+    def _settings(self, settings: dict[str, Any], *, is_path: bool = False) -> dict[str, Any]:
+        """All settings with names of Python."""
+        given = {"size": self.size, "tf": self._visible()[0].transfer, **self.settings}
+        if self._camera is not None and not is_path:
+            given["camera"] = self._camera.as_setting()
+        given |= settings
+        if isinstance(given.get("shadows"), bool):
+            given["shadows"] = "on" if given["shadows"] else "off"
+        return given
 
     def _prepared(self, settings: dict[str, Any], *, is_path: bool = False) -> Renderer:
         """The renderer for the scene as it is now."""
-        all_settings = {"size": self.size, "tf": self._transfer, **self.settings, **settings}
-        if isinstance(all_settings.get("shadows"), bool):
-            all_settings["shadows"] = "on" if all_settings["shadows"] else "off"
-        if self._camera is not None and not is_path:
-            all_settings["camera"] = self._camera.as_setting()
-        given = settings_json(all_settings)
-        if self._renderer is None:
-            self._renderer = Renderer(self.volume, given, self._device, self._threads)
+        first, *others = self._visible()
+        given = settings_json(self._settings(settings, is_path=is_path))
+        shown_as = (first.volume, *((other.volume, other.transfer) for other in others))
+        if self._renderer is None or shown_as != self._shown_as:
+            volume = first.volume
+            for other in others:
+                volume = volume.with_layer(other.volume, other.transfer)
+            if self._renderer is None:
+                self._renderer = Renderer(volume, given, self._device, self._threads)
+            else:
+                self._renderer.show(volume)
+                self._renderer.change(given)
+            self._shown, self._shown_as = volume, shown_as
         elif given != self._given:
             self._renderer.change(given)
         self._given = given

@@ -7,6 +7,9 @@ from typing import Any
 from .picture import Picture
 from .scene import Scene
 
+#: Parameters of `Scene.add_volume`.
+OF_VOLUME = ("spacing", "origin", "order", "rgb", "labels", "clim", "cmap", "opacity", "blending", "name")
+
 
 def show(data: Any, *, size: tuple[int, int] = (800, 600), **options: Any) -> Picture:
     """Shows a volume as a picture, which notebooks display.
@@ -24,12 +27,7 @@ def show(data: Any, *, size: tuple[int, int] = (800, 600), **options: Any) -> Pi
     -------
     Picture
     """
-    of_volume = ("spacing", "order", "rgb", "clim", "cmap", "opacity", "blending")
-    given = {name: options.pop(name) for name in of_volume if name in options}
-    if isinstance(data, str) or hasattr(data, "__fspath__"):
-        from .volumes import read
-
-        data = read(data)
-    scene = Scene(size=size, **options)
-    scene.add_volume(data, **given)
-    return scene.render()
+    given = {name: options.pop(name) for name in OF_VOLUME if name in options}
+    with Scene(size=size, **options) as scene:
+        scene.add_volume(data, **given)
+        return scene.render()

@@ -133,6 +133,21 @@ impl Session {
         )))
     }
 
+    /// Checks that the volumes of the session, which was read from `file`, are as they were when it was saved.
+    ///
+    /// # Errors
+    /// Changed files, errors of reading them.
+    pub fn check_unchanged(&self, file: &Path) -> Result<()> {
+        if self.volume_is_unchanged()? {
+            return Ok(());
+        }
+        Err(Error::Setting(format!(
+            "{} has changed since {} was saved; save the session again, or restore the volume",
+            self.volume,
+            file.display()
+        )))
+    }
+
     /// Checks the transfer function that stands in the session, which was read from `file`.
     ///
     /// # Errors

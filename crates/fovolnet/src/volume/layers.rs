@@ -27,24 +27,72 @@ pub fn open_volume(source: &str, settings: &VolumeSettings) -> Result<OpenVolume
         first.layers.push(OpenLayer { opened, transfer_function: TransferChoice::Auto });
     }
     for (number, overlay) in overlays.iter().enumerate() {
-        if first.layers.len() + 1 >= MOST_VOLUMES {
-            return Err(Error::Setting(format!(
-                "at most {MOST_VOLUMES} volumes and channels are shown together; leave out --overlay {overlay}"
-            )));
-        }
-        let layer = overlaid(overlay, &first, number)?;
+        first.check_room(|| format!("leave out --overlay {overlay}"))?;
+        let layer = opened_layer(overlay, &first, number)?;
         first.layers.push(layer);
     }
     Ok(first)
 }
 
+impl OpenVolume {
+    /// Shows `opened` and its layers, too, on the box of this volume, resampled to its voxels where their numbers differ.
+    ///
+    /// # Errors
+    /// More than four volumes in all; volumes that do not overlap.
+    pub fn with_layer(mut self, opened: Self, transfer_function: TransferChoice) -> Result<Self> {
+        let alone = Self { layers: Vec::new(), ..opened.clone() };
+        let own = OpenLayer { opened: alone, transfer_function };
+        for layer in std::iter::once(own).chain(opened.layers) {
+            self.check_room(|| format!("leave out {}", layer.opened.source))?;
+            let layer = laid_over(layer, &self, self.layers.len())?;
+            self.layers.push(layer);
+        }
+        Ok(self)
+    }
+
+    /// Whether the volume says which colours it has: those of its file, of labels, or of a procedural volume.
+    pub fn has_own_colours(&self) -> bool {
+        let volume = &self.volume;
+        self.colours.is_some()
+            || self.procedural.is_some()
+            || volume.is_label_map()
+            || volume.contents().displays.iter().any(|display| display.colour.is_some())
+    }
+
+    /// Checks that one volume more may be shown; `remedy` says how to show fewer.
+    fn check_room(&self, remedy: impl FnOnce() -> String) -> Result<()> {
+        if self.layers.len() + 1 < MOST_VOLUMES {
+            return Ok(());
+        }
+        let remedy = remedy();
+        Err(Error::Setting(format!(
+            "at most {MOST_VOLUMES} volumes and channels are shown together; {remedy}"
+        )))
+    }
+}
+
 /// Opens `overlay` on the voxels of `first`; it is overlay `number`, from 0 on.
-fn overlaid(overlay: &LayerChoice, first: &OpenVolume, number: usize) -> Result<OpenLayer> {
+fn opened_layer(overlay: &LayerChoice, first: &OpenVolume, number: usize) -> Result<OpenLayer> {
     let opened = open_single_volume(&overlay.source, &VolumeSettings::default())?;
+    let opened = with_colours(opened, &VolumeSettings::default())?;
+    let transfer_function = overlay.transfer_function.clone();
+    laid_over(OpenLayer { opened, transfer_function }, first, number)
+}
+
+/// Lays `layer` over the voxels of `first`; it is layer `number`, from 0 on.
+fn laid_over(layer: OpenLayer, first: &OpenVolume, number: usize) -> Result<OpenLayer> {
+    let OpenLayer { opened, transfer_function } = layer;
     let alignment = opened.volume.alignment(&first.volume);
-    let resampled = opened.volume.resampled(&first.volume).map_err(|error| {
-        Error::Setting(format!("{} cannot be laid over {}: {error}", opened.source, first.source))
-    })?;
+    let resample = |volume: &Volume| {
+        volume.resampled(&first.volume).map_err(|error| {
+            Error::Setting(format!("{} cannot be laid over {}: {error}", opened.source, first.source))
+        })
+    };
+    let colours = match &opened.colours {
+        Some([r, g, b]) => Some([resample(r)?.into(), resample(g)?.into(), resample(b)?.into()]),
+        None => None,
+    };
+    let resampled = resample(&opened.volume)?;
     let resampled = match alignment {
         Alignment::Same => resampled,
         Alignment::Space => resampled.with_note(format!(
@@ -56,15 +104,13 @@ fn overlaid(overlay: &LayerChoice, first: &OpenVolume, number: usize) -> Result<
             first.source
         )),
     };
-    let own = opened.procedural.is_some()
-        || resampled.is_label_map()
-        || resampled.contents().displays.iter().any(|display| display.colour.is_some());
-    let transfer_function = match &overlay.transfer_function {
-        TransferChoice::Auto if !own => TransferChoice::Named(MAPS[number.min(MAPS.len() - 1)].into()),
-        chosen => chosen.clone(),
+    let transfer_function = match transfer_function {
+        TransferChoice::Auto if !opened.has_own_colours() => {
+            TransferChoice::Named(MAPS[number.min(MAPS.len() - 1)].into())
+        }
+        chosen => chosen,
     };
-    let opened =
-        with_colours(OpenVolume { volume: Arc::new(resampled), ..opened }, &VolumeSettings::default())?;
+    let opened = OpenVolume { volume: Arc::new(resampled), colours, ..opened };
     Ok(OpenLayer { opened, transfer_function })
 }
 

@@ -1,0 +1,5 @@
+"""``python -m fovolnet`` is the command ``fovolnet``."""
+
+from .programs import command
+
+command()
