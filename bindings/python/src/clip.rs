@@ -26,8 +26,7 @@ impl Clip {
     fn new(path: &str, width: u32, height: u32, fps: &str) -> PyResult<Self> {
         let size = FrameSize::new(width, height).map_err(|error| raised(&error))?;
         let rate: FrameRate = fps.parse().map_err(wrong)?;
-        let writer =
-            VideoWriter::create(&path_of_text(path), size, rate).map_err(|error| raised(&error))?;
+        let writer = VideoWriter::create(&path_of_text(path), size, rate).map_err(|error| raised(&error))?;
         Ok(Self(Mutex::new(Some(writer))))
     }
 

@@ -23,16 +23,29 @@ mod weights;
 use pyo3::prelude::*;
 
 #[pymodule]
-fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("FovolnetError", module.py().get_type::<errors::FovolnetError>())?;
-    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add_class::<volume::Volume>()?;
-    module.add_class::<renderer::Renderer>()?;
-    module.add_class::<frame::Frame>()?;
-    module.add_class::<reconstructor::Reconstructor>()?;
-    module.add_class::<clip::Clip>()?;
-    metrics::add_to(module)?;
-    programs::add_to(module)?;
-    session::add_to(module)?;
-    weights::add_to(module)
+mod _native {
+    #[pymodule_export]
+    use crate::clip::Clip;
+    #[pymodule_export]
+    use crate::errors::FovolnetError;
+    #[pymodule_export]
+    use crate::frame::Frame;
+    #[pymodule_export]
+    use crate::metrics::{Jod, ms_ssim, psnr, ssim, tpsnr};
+    #[pymodule_export]
+    use crate::programs::{run_command, run_viewer};
+    #[pymodule_export]
+    use crate::reconstructor::Reconstructor;
+    #[pymodule_export]
+    use crate::renderer::Renderer;
+    #[pymodule_export]
+    use crate::session::{read_session, write_session};
+    #[pymodule_export]
+    use crate::volume::Volume;
+    #[pymodule_export]
+    use crate::weights::{export_onnx, safetensors, weights};
+
+    #[pymodule_export]
+    #[expect(non_upper_case_globals, reason = "Python's name")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
 }

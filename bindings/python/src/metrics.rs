@@ -23,25 +23,25 @@ fn compared(
 
 /// Peak signal-to-noise ratio of two pictures in dB: float32 of shape (height, width, 3 or 4), 0 to 1.
 #[pyfunction]
-fn psnr(py: Python<'_>, reference: Pictures<'_>, test: Pictures<'_>) -> PyResult<f64> {
+pub fn psnr(py: Python<'_>, reference: Pictures<'_>, test: Pictures<'_>) -> PyResult<f64> {
     compared(py, [&reference, &test], metrics::psnr)
 }
 
 /// Structural similarity of two pictures, with the Gaussian window of its authors.
 #[pyfunction]
-fn ssim(py: Python<'_>, reference: Pictures<'_>, test: Pictures<'_>) -> PyResult<f64> {
+pub fn ssim(py: Python<'_>, reference: Pictures<'_>, test: Pictures<'_>) -> PyResult<f64> {
     compared(py, [&reference, &test], |a, b| metrics::ssim(a, b, &SsimSettings::gaussian()))
 }
 
 /// Structural similarity of two pictures at five resolutions.
 #[pyfunction]
-fn ms_ssim(py: Python<'_>, reference: Pictures<'_>, test: Pictures<'_>) -> PyResult<f64> {
+pub fn ms_ssim(py: Python<'_>, reference: Pictures<'_>, test: Pictures<'_>) -> PyResult<f64> {
     compared(py, [&reference, &test], metrics::ms_ssim)
 }
 
 /// Temporal PSNR of two pairs of neighbouring frames in dB.
 #[pyfunction]
-fn tpsnr(
+pub fn tpsnr(
     py: Python<'_>,
     reference: (Pictures<'_>, Pictures<'_>),
     test: (Pictures<'_>, Pictures<'_>),
@@ -59,7 +59,7 @@ enum Judge {
 
 /// Just-objectionable differences of a clip, frame by frame: FovVideoVDP, or ColorVideoVDP where colours count.
 #[pyclass(frozen, module = "fovolnet")]
-struct Jod(Mutex<Judge>);
+pub struct Jod(Mutex<Judge>);
 
 #[pymethods]
 impl Jod {
@@ -102,16 +102,4 @@ impl Jod {
             Judge::Colour(judge) => judge.jod(),
         }
     }
-}
-
-pub fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    for function in [
-        wrap_pyfunction!(psnr, module)?,
-        wrap_pyfunction!(ssim, module)?,
-        wrap_pyfunction!(ms_ssim, module)?,
-        wrap_pyfunction!(tpsnr, module)?,
-    ] {
-        module.add_function(function)?;
-    }
-    module.add_class::<Jod>()
 }

@@ -7,7 +7,7 @@ use std::ffi::OsString;
 ///
 /// It is meant for a process of its own: it listens to signals, and changes the limits of the process.
 #[pyfunction]
-fn run_command(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+pub fn run_command(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     py.detach(|| fovolnet_cli::run(arguments))
 }
 
@@ -15,11 +15,6 @@ fn run_command(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
 ///
 /// It is meant for the first thread of a process of its own, for the same reasons.
 #[pyfunction]
-fn run_viewer(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+pub fn run_viewer(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     py.detach(|| fovolnet_viewer::run(arguments))
-}
-
-pub fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_function(wrap_pyfunction!(run_command, module)?)?;
-    module.add_function(wrap_pyfunction!(run_viewer, module)?)
 }

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 ///
 /// Raises where the volume is missing or has changed.
 #[pyfunction]
-fn read_session(py: Python<'_>, path: &str) -> PyResult<(String, String, String)> {
+pub fn read_session(py: Python<'_>, path: &str) -> PyResult<(String, String, String)> {
     let path = path_of_text(path);
     let session = py.detach(|| -> fovolnet::Result<_> {
         let session = Session::read(&path)?;
@@ -25,7 +25,7 @@ fn read_session(py: Python<'_>, path: &str) -> PyResult<(String, String, String)
 
 /// Writes the session of the volume `source` to `path`. The settings are JSON objects.
 #[pyfunction]
-fn write_session(py: Python<'_>, path: &str, source: &str, read: &str, render: &str) -> PyResult<()> {
+pub fn write_session(py: Python<'_>, path: &str, source: &str, read: &str, render: &str) -> PyResult<()> {
     let read: VolumeSettings = settings::of_volumes(read)?;
     let render: RenderOverrides = settings::overrides(render)?;
     let path = path_of_text(path);
@@ -39,9 +39,4 @@ fn json_of(settings: &impl serde::Serialize) -> PyResult<String> {
         fields.retain(|_, field| !field.is_null());
     }
     Ok(value.to_string())
-}
-
-pub fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_function(wrap_pyfunction!(read_session, module)?)?;
-    module.add_function(wrap_pyfunction!(write_session, module)?)
 }

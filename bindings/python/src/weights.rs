@@ -11,7 +11,7 @@ use pyo3::types::PyDict;
 
 /// Writes the network `weights` as ONNX, opset 17. Returns the number that height and width are multiples of.
 #[pyfunction]
-fn export_onnx(py: Python<'_>, path: &str, weights: &str) -> PyResult<usize> {
+pub fn export_onnx(py: Python<'_>, path: &str, weights: &str) -> PyResult<usize> {
     let path = path_of_text(path);
     py.detach(|| {
         let weights = Weights::named_or_read(weights).map_err(|error| raised(&error))?;
@@ -26,7 +26,7 @@ fn export_onnx(py: Python<'_>, path: &str, weights: &str) -> PyResult<usize> {
 
 /// Arrays of the network `weights`: float32, from their names.
 #[pyfunction]
-fn weights<'py>(py: Python<'py>, weights: &str) -> PyResult<Bound<'py, PyDict>> {
+pub fn weights<'py>(py: Python<'py>, weights: &str) -> PyResult<Bound<'py, PyDict>> {
     let weights = py.detach(|| Weights::named_or_read(weights)).map_err(|error| raised(&error))?;
     let arrays = PyDict::new(py);
     for (name, array) in weights.arrays() {
@@ -38,12 +38,6 @@ fn weights<'py>(py: Python<'py>, weights: &str) -> PyResult<Bound<'py, PyDict>> 
 
 /// Bytes of the network `weights` as a safetensors file, which says how the network is built.
 #[pyfunction]
-fn safetensors(py: Python<'_>, weights: &str) -> PyResult<Vec<u8>> {
+pub fn safetensors(py: Python<'_>, weights: &str) -> PyResult<Vec<u8>> {
     py.detach(|| Weights::named_or_read(weights)?.to_bytes(Storage::F32)).map_err(|error| raised(&error))
-}
-
-pub fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_function(wrap_pyfunction!(export_onnx, module)?)?;
-    module.add_function(wrap_pyfunction!(weights, module)?)?;
-    module.add_function(wrap_pyfunction!(safetensors, module)?)
 }

@@ -39,7 +39,7 @@ def of_simpleitk(image: Any) -> Described:
 
 
 def of_itk(image: Any) -> Described:
-    import itk
+    import itk  # type: ignore[import-not-found,import-untyped,unused-ignore]
 
     directions = itk.array_from_matrix(image.GetDirection())
     return Described(itk.array_view_from_image(image), facts=placed(image.GetSpacing(), directions, image.GetOrigin(), patient=True))
@@ -90,7 +90,7 @@ def of_vtk(data: Any) -> Described:
     scalars = data.GetPointData().GetScalars()
     if scalars is None:
         raise ValueError("the vtkImageData has no scalars at its points; call GetPointData().SetActiveScalars")
-    values = vtk_to_numpy(scalars)
+    values = vtk_to_numpy(scalars)  # type: ignore[no-untyped-call]
     matrix = data.GetDirectionMatrix()
     directions = [[matrix.GetElement(row, column) for column in range(3)] for row in range(3)]
     return Described(

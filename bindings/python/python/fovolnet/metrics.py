@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -94,7 +94,7 @@ def jod(
     return value
 
 
-def gazes_of(gaze: Any) -> Iterable[Any]:
+def gazes_of(gaze: Any) -> Iterator[Any]:
     """The gaze of each frame: ``gaze`` for ever if it is one."""
     gaze = None if gaze is None else [tuple(map(float, point)) for point in np.atleast_2d(np.asarray(list(gaze), dtype=float))]
     if gaze is None or len(gaze) == 1:

@@ -45,7 +45,7 @@ def run(*arguments: str | os.PathLike[str]) -> str:
     RuntimeError
         The command failed; the message is its own.
     """
-    line = [sys.executable, "-m", "fovolnet", *map(os.fspath, arguments)]
+    line = [sys.executable, "-m", "fovolnet", *(os.fspath(argument) for argument in arguments)]
     done = subprocess.run(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
     if done.returncode != 0:
         raise RuntimeError(done.stderr.strip().removeprefix("error: ") or f"fovolnet ended with status {done.returncode}")

@@ -23,6 +23,9 @@ from .volumes import as_volume
 #: Colour maps of further volumes that have no colours of their own, in order.
 COLOURS = ("inferno", "viridis", "cividis")
 
+#: Settings that ask for sparse frames, or leave it to the program whether they are.
+OF_SPARSE = ("sampling", "reconstruct", "weights", "random_weights", "guide", "pb", "sigma", "gaze", "density", "noise", "quality", "budget")
+
 
 class Scene:
     """Volumes with a camera and settings.
@@ -227,18 +230,19 @@ class Scene:
         return_sparse : bool
             March few pixels, and find the motion of all. Frames then have ``sparse``, ``mask`` and ``motion``.
         **settings
-            Settings of the clip, such as ``sampling="compact"`` for sparse frames that a network fills.
+            Settings of the clip, such as ``sampling="sparse"`` for few pixels, from which a network makes the frame. Every pixel is
+            marched, if neither these nor `Scene.settings` say otherwise.
 
         Yields
         ------
         Frame
         """
         if return_sparse:
-            settings.setdefault("sampling", "compact")
+            settings.setdefault("sampling", "sparse")
         along = {} if path is None else {"path": os.fspath(path)}
         for i in range(n):
             with self._lock:
-                renderer = self._prepared({"frames": n, **settings, **along}, is_path=path is not None)
+                renderer = self._prepared({"frames": n, **self._of_clips(settings), **along}, is_path=path is not None)
                 if i == 0:
                     renderer.reset()
                 frame = renderer.render(i, None, return_sparse)
@@ -269,7 +273,7 @@ class Scene:
         progress : callable, optional
             It is called after each frame, with the number of frames so far and of all.
         **settings
-            Settings of the clip, such as ``sampling="compact"`` for sparse frames that a network fills.
+            Settings of the clip, such as ``sampling="sparse"`` for few pixels, from which a network makes the frame.
 
         Returns
         -------
@@ -285,7 +289,7 @@ class Scene:
         for i in range(n):
             view = camera.turned(turn * i / n)
             with self._lock:
-                renderer = self._prepared({"frames": n, **settings, "camera": view.as_setting()})
+                renderer = self._prepared({"frames": n, **self._of_clips(settings), "camera": view.as_setting()})
                 if i == 0:
                     renderer.reset()
                 frame = renderer.render(i)
@@ -339,6 +343,12 @@ class Scene:
             raise ValueError("no layer of the scene is visible; set visible of one to True")
         return visible
 
+    def _of_clips(self, settings: dict[str, Any]) -> dict[str, Any]:
+        """Settings of a clip: every pixel is marched, unless something asks for sparse frames."""
+        if any(name in given for name in OF_SPARSE for given in (settings, self.settings)):
+            return settings
+        return {"sampling": "full", **settings}
+
     def _settings(self, settings: dict[str, Any], *, is_path: bool = False) -> dict[str, Any]:
         """All settings with names of Python."""
         given = {"size": self.size, "tf": self._visible()[0].transfer, **self.settings}
@@ -347,6 +357,8 @@ class Scene:
         given |= settings
         if isinstance(given.get("shadows"), bool):
             given["shadows"] = "on" if given["shadows"] else "off"
+        if given.get("sampling") == "sparse":
+            given["sampling"] = "compact"
         return given
 
     def _prepared(self, settings: dict[str, Any], *, is_path: bool = False) -> Renderer:

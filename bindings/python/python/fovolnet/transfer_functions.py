@@ -53,7 +53,10 @@ def opacities_of(volume: Volume, cmap: Any, opacity: Any) -> tuple[Floats, Float
     """Shown values, 0 to 1, and the opacity of a voxel at each."""
     ends = np.array([0.0, 1.0])
     if isinstance(opacity, str):
-        return (ends, ends) if opacity == "linear" else points_of(volume, opacity)[::2]
+        if opacity == "linear":
+            return ends, ends
+        places, _, opacities = points_of(volume, opacity)
+        return places, opacities
     if opacity is None or np.ndim(opacity) == 0:
         factor = 1.0 if opacity is None else float(opacity)
         if not 0.0 <= factor <= 1.0:
