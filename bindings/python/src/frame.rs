@@ -1,3 +1,4 @@
+use crate::interrupts::check_process;
 use crate::pictures::{picture, plane, sampled};
 use fovolnet::RenderedFrame;
 use numpy::{PyArray2, PyArray3};
@@ -28,12 +29,14 @@ impl Frame {
     /// The picture: uint8 of shape (height, width, 3), display colours.
     #[getter]
     fn image<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        check_process()?;
         picture(py, self.0.frame.size(), 3, self.0.frame.to_rgb8())
     }
 
     /// The picture with opacity: uint8 of shape (height, width, 4), colours not premultiplied.
     #[getter]
     fn image_rgba<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        check_process()?;
         picture(py, self.0.frame.size(), 4, self.0.frame.to_rgba8())
     }
 

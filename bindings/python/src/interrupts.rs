@@ -15,7 +15,7 @@ const PERIOD: Duration = Duration::from_millis(50);
 static PROCESS: OnceLock<u32> = OnceLock::new();
 
 /// Checks that this process is no fork of one that has worked.
-fn check_process() -> PyResult<()> {
+pub fn check_process() -> PyResult<()> {
     if *PROCESS.get_or_init(process::id) == process::id() {
         return Ok(());
     }

@@ -70,7 +70,6 @@ class Scene:
         self._renderer: Renderer | None = None
         self._shown: Volume | None = None
         self._shown_as: tuple[Any, ...] = ()
-        self._given = ""
         self._is_closed = False
         self._lock = RLock()
 
@@ -142,7 +141,8 @@ class Scene:
         """The camera. It begins with the default view, which shows the whole volume; change it as you like."""
         if self._camera is None:
             with self._lock:
-                self._camera = Camera.looking(*self._prepared({}).camera())
+                renderer, given = self._prepared({})
+                self._camera = Camera.looking(*renderer.camera(given))
         return self._camera
 
     @camera.setter
@@ -153,15 +153,16 @@ class Scene:
     def notes(self) -> list[str]:
         """Assumptions and omissions, one line each."""
         with self._lock:
-            renderer = self._prepared({})
+            renderer, given = self._prepared({})
             assert self._shown is not None
-            return [*self._shown.notes, *renderer.notes]
+            return [*self._shown.notes, *renderer.notes(given)]
 
     @property
     def gpu(self) -> str | None:
         """Name of the GPU that renders, or None where the processor does."""
         with self._lock:
-            return self._prepared({}).gpu
+            renderer, given = self._prepared({})
+            return renderer.gpu(given)
 
     @overload
     def render(self, *, transparent: bool = False, depth: Literal[False] = False) -> Picture: ...
@@ -190,12 +191,10 @@ class Scene:
             the longest side of the volume is one; infinite where it never does.
         """
         with self._lock:
-            frame = self.render_frame(transparent=transparent)
+            renderer, given = self._prepared({"transparent": transparent})
+            frame = renderer.render(given)
             image = Picture(frame.image_rgba if transparent else frame.image)
-            if not depth:
-                return image
-            assert self._renderer is not None
-            return image, self._renderer.depth()
+            return (image, renderer.depth(given)) if depth else image
 
     def render_frame(self, *, gaze: Sequence[float] | None = None, **settings: Any) -> Frame:
         """Renders one frame with everything that belongs to it.
@@ -213,7 +212,8 @@ class Scene:
         """
         where = None if gaze is None else (float(gaze[0]), float(gaze[1]))
         with self._lock:
-            return self._prepared(settings).render(0, where)
+            renderer, given = self._prepared(settings)
+            return renderer.render(given, 0, where)
 
     def frames(
         self, n: int = 100, path: str | os.PathLike[str] | None = "turntable", *, return_sparse: bool = False, **settings: Any
@@ -242,10 +242,10 @@ class Scene:
         along = {} if path is None else {"path": os.fspath(path)}
         for i in range(n):
             with self._lock:
-                renderer = self._prepared({"frames": n, **self._of_clips(settings), **along}, is_path=path is not None)
+                renderer, given = self._prepared({"frames": n, **self._of_clips(settings), **along}, is_path=path is not None)
                 if i == 0:
                     renderer.reset()
-                frame = renderer.render(i, None, return_sparse)
+                frame = renderer.render(given, i, None, return_sparse)
             yield frame
 
     def turntable(
@@ -289,16 +289,17 @@ class Scene:
         for i in range(n):
             view = camera.turned(turn * i / n)
             with self._lock:
-                renderer = self._prepared({"frames": n, **self._of_clips(settings), "camera": view.as_setting()})
+                renderer, given = self._prepared({"frames": n, **self._of_clips(settings), "camera": view.as_setting()})
                 if i == 0:
                     renderer.reset()
-                frame = renderer.render(i)
+                frame = renderer.render(given, i)
             yield frame
 
     def reference(self) -> NDArray[np.float32]:
         """The picture with every pixel marched and exact shadows: float32 of shape (height, width, 4), 0 to 1."""
         with self._lock:
-            return self._prepared({}).reference(0)
+            renderer, given = self._prepared({})
+            return renderer.reference(given)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes a session file, which the command line, the viewer and `load` open.
@@ -361,8 +362,8 @@ class Scene:
             given["sampling"] = "compact"
         return given
 
-    def _prepared(self, settings: dict[str, Any], *, is_path: bool = False) -> Renderer:
-        """The renderer for the scene as it is now."""
+    def _prepared(self, settings: dict[str, Any], *, is_path: bool = False) -> tuple[Renderer, str]:
+        """The renderer of the volumes that are visible now, and all settings."""
         first, *others = self._visible()
         given = settings_json(self._settings(settings, is_path=is_path))
         shown_as = (first.volume, *((other.volume, other.transfer) for other in others))
@@ -371,12 +372,8 @@ class Scene:
             for other in others:
                 volume = volume.with_layer(other.volume, other.transfer)
             if self._renderer is None:
-                self._renderer = Renderer(volume, given, self._device, self._threads)
+                self._renderer = Renderer(volume, self._device, self._threads)
             else:
                 self._renderer.show(volume)
-                self._renderer.change(given)
             self._shown, self._shown_as = volume, shown_as
-        elif given != self._given:
-            self._renderer.change(given)
-        self._given = given
-        return self._renderer
+        return self._renderer, given
