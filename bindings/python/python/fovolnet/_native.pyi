@@ -145,39 +145,37 @@ class Reconstructor:
 @final
 class Renderer:
     """
-    Renders frames of a volume with settings.
+    Renders frames of a volume.
 
-    Settings are JSON objects with the names of the command line's flags.
+    Its methods take settings as a JSON object with the names of the command line's flags. What these have in common with the last
+    ones stays.
     """
-    def __new__(cls, /, volume: Volume, settings: str = "{}", device: str | None = None, threads: SupportsIndex | None = None) -> Renderer: ...
-    def camera(self, /, i: SupportsIndex = 0) -> tuple[list[float], list[float], float]:
+    def __new__(cls, /, volume: Volume, device: str | None = None, threads: SupportsIndex | None = None) -> Renderer:
+        """
+        A renderer of `volume` on `device` with so many threads. It prepares the volume when it first renders.
+        """
+    def camera(self, /, settings: str, i: SupportsIndex = 0) -> tuple[list[float], list[float], float]:
         """
         The camera of frame `i`: eye, target, vertical field of view in degrees.
         """
-    def change(self, /, settings: str) -> None:
-        """
-        Takes other settings; what both have in common stays.
-        """
-    def depth(self, /, i: SupportsIndex = 0) -> NDArray[np.float32]:
+    def depth(self, /, settings: str, i: SupportsIndex = 0) -> NDArray[np.float32]:
         """
         Distance of every pixel of frame `i` from the eye, along its ray, to where its opacity passes one half: float32 of shape
         (height, width), in world units; infinite where it never does.
         """
-    @property
-    def gpu(self, /) -> str | None:
+    def gpu(self, /, settings: str) -> str | None:
         """
         Name of the GPU that renders, or None where the processor does.
         """
-    @property
-    def notes(self, /) -> list[str]:
+    def notes(self, /, settings: str) -> list[str]:
         """
         Assumptions and omissions, one line each.
         """
-    def reference(self, /, i: SupportsIndex = 0) -> NDArray[np.float32]:
+    def reference(self, /, settings: str, i: SupportsIndex = 0) -> NDArray[np.float32]:
         """
         Frame `i` with every pixel marched and exact shadows: float32 of shape (height, width, 4).
         """
-    def render(self, /, i: SupportsIndex = 0, gaze: SupportsLenAndGetItem[SupportsFloat | SupportsIndex] | None = None, motion: bool = False) -> Frame:
+    def render(self, /, settings: str, i: SupportsIndex = 0, gaze: SupportsLenAndGetItem[SupportsFloat | SupportsIndex] | None = None, motion: bool = False) -> Frame:
         """
         Renders frame `i`, seen by the camera of the settings or along their path; `gaze` is where the eye looks, as fractions of the
         frame from its top left. Frames have the motion of their pixels where `motion` is true.
@@ -188,12 +186,7 @@ class Renderer:
         """
     def show(self, /, volume: Volume) -> None:
         """
-        Shows another volume with the same settings. Networks go on with what they have seen.
-        """
-    @property
-    def size(self, /) -> tuple[int, int]:
-        """
-        Width and height of frames in pixels.
+        Shows another volume. Networks go on with what they have seen.
         """
 
 @final
