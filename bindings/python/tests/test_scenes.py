@@ -89,8 +89,9 @@ def test_several_volumes_are_blended(scan, tmp_path: Path, of_command) -> None:
         scene.render()
     with pytest.raises(ValueError, match="called 'a' already"):
         scene.add_volume(scan, name="a")
-    with pytest.raises(ValueError, match="no layer 'c'"):
+    with pytest.raises(KeyError, match="no layer 'c'"):
         scene.remove("c")
+    assert scene.layers["b"] is second and scene.layers[-1] is second and scene.layers[:1] == [first]
     scene.remove("a")
     scene.remove(second)
     with pytest.raises(ValueError, match="add_volume"):

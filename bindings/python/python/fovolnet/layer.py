@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, SupportsIndex, overload
 
 from ._native import Volume
 from .transfer_functions import transfer_text
@@ -73,3 +73,22 @@ class Layer:
 
     def __repr__(self) -> str:
         return f"<fovolnet.Layer {self.name!r} of {self._volume!r}>"
+
+
+class Layers(list[Layer]):
+    """Layers of a scene, by their numbers or names: ``scene.layers["ct"]``."""
+
+    @overload
+    def __getitem__(self, which: SupportsIndex | str) -> Layer: ...
+
+    @overload
+    def __getitem__(self, which: slice) -> list[Layer]: ...
+
+    def __getitem__(self, which: SupportsIndex | str | slice) -> Layer | list[Layer]:
+        if not isinstance(which, str):
+            return super().__getitem__(which)
+        for layer in self:
+            if layer.name == which:
+                return layer
+        names = ", ".join(repr(layer.name) for layer in self) or "none"
+        raise KeyError(f"the scene has no layer {which!r}; its layers are {names}")

@@ -15,7 +15,7 @@ from . import session
 from ._native import Frame, Renderer, Volume
 from .camera import Camera
 from .clip import write_clip
-from .layer import Layer
+from .layer import Layer, Layers
 from .picture import Picture
 from .settings_text import settings_json
 from .volumes import as_volume
@@ -64,7 +64,7 @@ class Scene:
     ) -> None:
         self.size = size
         self.settings: dict[str, Any] = settings
-        self.layers: list[Layer] = []
+        self.layers = Layers()
         self._device, self._threads = device, threads
         self._camera: Camera | None = None
         self._renderer: Renderer | None = None
@@ -130,11 +130,7 @@ class Scene:
 
     def remove(self, layer: Layer | str) -> None:
         """Removes a layer, or the layer of that name."""
-        kept = [other for other in self.layers if layer not in (other, other.name)]
-        if len(kept) == len(self.layers):
-            names = ", ".join(repr(other.name) for other in self.layers) or "none"
-            raise ValueError(f"the scene has no layer {layer!r}; its layers are {names}")
-        self.layers = kept
+        self.layers.remove(self.layers[layer] if isinstance(layer, str) else layer)
 
     @property
     def camera(self) -> Camera:
@@ -323,7 +319,8 @@ class Scene:
     def close(self) -> None:
         """Frees memory and threads. The scene cannot be used then."""
         with self._lock:
-            self.layers, self._renderer, self._shown, self._is_closed = [], None, None, True
+            self.layers.clear()
+            self._renderer, self._shown, self._is_closed = None, None, True
 
     def __enter__(self) -> Scene:
         return self
