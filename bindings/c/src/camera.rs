@@ -37,9 +37,8 @@ impl Default for Parameters {
 impl Parameters {
     fn camera(&self) -> Result<Camera, Failure> {
         let camera = Camera::new(self.eye, self.target, self.fovy)?;
-        let upright = upright(self.up).ok_or_else(|| {
-            Failure::invalid("`up` has no length; give a direction, for example 0, 1, 0")
-        })?;
+        let upright = upright(self.up)
+            .ok_or_else(|| Failure::invalid("`up` has no length; give a direction, for example 0, 1, 0"))?;
         Ok(Camera { projection: self.projection, upright, ..camera })
     }
 }
@@ -95,7 +94,10 @@ pub unsafe extern "C" fn fovolnet_camera_look_at(
 
 /// Sets the vertical field of view in degrees, above 0 and below 180.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fovolnet_camera_set_fovy(camera: *mut FovolnetCamera, degrees: f64) -> FovolnetStatus {
+pub unsafe extern "C" fn fovolnet_camera_set_fovy(
+    camera: *mut FovolnetCamera,
+    degrees: f64,
+) -> FovolnetStatus {
     call(|| {
         // SAFETY: see the rules at the top of the header.
         unsafe { object(camera, "camera", MAKER)? }.0.set(|pending| {

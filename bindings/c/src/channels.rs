@@ -30,7 +30,7 @@ pub const FOVOLNET_SAMPLE_RGB32F: FovolnetChannel = 9;
 pub const FOVOLNET_SAMPLE_DEPTH32F: FovolnetChannel = 10;
 
 /// Bytes of a channel.
-pub struct Channel<'a> {
+pub(crate) struct Channel<'a> {
     pub bytes: Cow<'a, [u8]>,
     /// Bytes of a row; `None` for lists, which have no rows.
     pub row: Option<usize>,
@@ -61,10 +61,7 @@ impl<'a> Channel<'a> {
 }
 
 /// List `number` of the samples.
-fn listed(
-    sparse: Result<&SparseFrame, Failure>,
-    number: FovolnetChannel,
-) -> Result<Cow<'_, [u8]>, Failure> {
+fn listed(sparse: Result<&SparseFrame, Failure>, number: FovolnetChannel) -> Result<Cow<'_, [u8]>, Failure> {
     match number {
         FOVOLNET_SAMPLE_PIXELS16 => {
             let places = sparse?.pixels().iter().map(|Pixel { x, y }| [*x, *y]);

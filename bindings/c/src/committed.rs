@@ -2,13 +2,19 @@ use crate::status::Failure;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Parameters of an object: pending ones, which calls set, and those that frames use since the last commit.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Committed<P, C = P>(Mutex<Both<P, C>>);
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Both<P, C> {
     pending: P,
     committed: Option<C>,
+}
+
+impl<P: Default, C> Default for Committed<P, C> {
+    fn default() -> Self {
+        Self(Mutex::new(Both { pending: P::default(), committed: None }))
+    }
 }
 
 impl<P: Clone, C: Clone> Committed<P, C> {

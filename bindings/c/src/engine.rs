@@ -1,8 +1,8 @@
 use crate::status::Failure;
 use fovolnet::core::{Frame, SampleMask};
 use fovolnet::{
-    Freedom, Limit, OpenVolume, Pipeline, PlannedPipeline, RenderSettings, RenderedFrame, Result,
-    SpeedSettings, Timings,
+    Freedom, Limit, OpenVolume, Pipeline, PlannedPipeline, RenderSettings, RenderedFrame, SpeedSettings,
+    Timings,
 };
 use std::sync::Arc;
 
@@ -31,7 +31,7 @@ enum Maker {
 }
 
 impl Maker {
-    fn new(wanted: &Wanted) -> Result<Self> {
+    fn new(wanted: &Wanted) -> fovolnet::Result<Self> {
         let Wanted { volume, settings, speed, .. } = wanted;
         let mut maker = match wanted.planning {
             None => Self::Fixed(Box::new(Pipeline::new(volume, settings, speed)?)),
@@ -54,12 +54,12 @@ impl Maker {
 }
 
 impl Made {
-    fn new(wanted: Wanted) -> Result<Self> {
+    fn new(wanted: Wanted) -> fovolnet::Result<Self> {
         Ok(Self { maker: Maker::new(&wanted)?, wanted })
     }
 
     /// Goes on with `wanted`. Returns it if nothing can be kept.
-    fn change(&mut self, wanted: Wanted) -> Result<Option<Wanted>> {
+    fn change(&mut self, wanted: Wanted) -> fovolnet::Result<Option<Wanted>> {
         let old = &self.wanted;
         let is_another = old.speed != wanted.speed
             || old.planning != wanted.planning

@@ -155,8 +155,11 @@ mod tests {
     #[test]
     fn json_takes_numbers_texts_and_null() {
         let mut settings = RenderOverrides::default();
-        set_json(&mut settings, r#"{"size": [64, 48], "step": 1, "shadows": "off", "tf": {"points": [[0,0,0,0,0]]}}"#)
-            .unwrap();
+        set_json(
+            &mut settings,
+            r#"{"size": [64, 48], "step": 1, "shadows": "off", "tf": {"points": [[0,0,0,0,0]]}}"#,
+        )
+        .unwrap();
         assert_eq!(settings.size.map(|size| size.width), Some(64));
         set_json(&mut settings, r#"{"size": "32x16", "step": null}"#).unwrap();
         let names: Vec<String> = given(&settings).unwrap().keys().cloned().collect();

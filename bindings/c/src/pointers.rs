@@ -40,7 +40,9 @@ pub unsafe fn path_text(at: *const c_char, name: &str) -> Result<String, Failure
 /// `at` is null or may be written.
 pub unsafe fn put<T>(at: *mut T, value: T, name: &str) -> Result<(), Failure> {
     if at.is_null() {
-        return Err(Failure::invalid(format!("`{name}` is NULL; give the address of a variable for the result")));
+        return Err(Failure::invalid(format!(
+            "`{name}` is NULL; give the address of a variable for the result"
+        )));
     }
     // SAFETY: it is not null, and the caller promises the rest.
     unsafe { at.write(value) };

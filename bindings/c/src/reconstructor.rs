@@ -88,8 +88,7 @@ pub unsafe extern "C" fn fovolnet_reconstructor_reconstruct(
 ) -> FovolnetStatus {
     long_call(|| {
         // SAFETY: see the rules at the top of the header.
-        let FovolnetReconstructor { inner, size } =
-            unsafe { object(reconstructor, "reconstructor", MAKER)? };
+        let FovolnetReconstructor { inner, size } = unsafe { object(reconstructor, "reconstructor", MAKER)? };
         let needed = size.pixels() * size_of::<[f32; 4]>();
         if picture.is_null() || bytes < needed {
             return Err(Failure::invalid(format!(

@@ -59,10 +59,7 @@ impl Parameters {
 
 impl FovolnetRenderer {
     /// Runs `work` on the engine, which is made anew if the work was abandoned.
-    fn with<T>(
-        &self,
-        work: impl FnOnce(&mut Engine, Wanted) -> Result<T, Failure>,
-    ) -> Result<T, Failure> {
+    fn with<T>(&self, work: impl FnOnce(&mut Engine, Wanted) -> Result<T, Failure>) -> Result<T, Failure> {
         let wanted = self.parameters.committed("renderer")?.wanted()?;
         let mut engine = self.engine.lock().unwrap_or_else(PoisonError::into_inner);
         repaired(&mut *engine, |engine| work(engine, wanted), Engine::abandon)

@@ -20,7 +20,7 @@ pub const FOVOLNET_ERROR_INTERNAL: FovolnetStatus = 6;
 
 /// Code and text of a failed call.
 #[derive(Debug)]
-pub struct Failure {
+pub(crate) struct Failure {
     pub status: FovolnetStatus,
     pub text: String,
 }

@@ -149,7 +149,8 @@ pub unsafe fn lend(voxels: &FovolnetVoxels) -> Result<OpenVolume, Failure> {
     // A volume that fails must not release the voxels: an error leaves them to the caller.
     let lent = Lent { start: bytes.as_ptr(), length: bytes.len(), release: None, user: voxels.user };
     Volume::with_layout(grid, dtype, NATIVE, components, Arc::new(lent), 0)?;
-    let lent = Lent { start: bytes.as_ptr(), length: bytes.len(), release: voxels.release, user: voxels.user };
+    let lent =
+        Lent { start: bytes.as_ptr(), length: bytes.len(), release: voxels.release, user: voxels.user };
     let volume = Volume::with_layout(grid, dtype, NATIVE, components, Arc::new(lent), 0)?;
     let volume = volume.with_contents(contents);
     let volume = match placement {
