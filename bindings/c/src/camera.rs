@@ -45,7 +45,7 @@ impl Parameters {
 
 impl FovolnetCamera {
     /// Camera of the last commit.
-    pub fn camera(&self) -> Result<Camera, Failure> {
+    pub(crate) fn camera(&self) -> Result<Camera, Failure> {
         self.0.committed("camera")
     }
 }

@@ -10,7 +10,7 @@ pub struct FovolnetLight(Committed<[f64; 3], Light>);
 
 impl FovolnetLight {
     /// Light of the last commit.
-    pub fn light(&self) -> Result<Light, Failure> {
+    pub(crate) fn light(&self) -> Result<Light, Failure> {
         self.0.committed("light")
     }
 }

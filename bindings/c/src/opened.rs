@@ -3,7 +3,7 @@ use crate::status::Failure;
 use crate::transfer_function::FovolnetTransferFunction;
 use crate::volume::FovolnetVolume;
 use fovolnet::core::Volume;
-use fovolnet::{ComponentChoice, OpenVolume, TransferChoice, VolumeSettings, open_volume};
+use fovolnet::{ComponentChoice, OpenVolume, TimeChoice, TransferChoice, VolumeSettings, open_volume};
 use std::sync::Arc;
 
 /// Voxels of a volume.
@@ -52,6 +52,11 @@ impl Overlaid {
 impl VolumeParameters {
     /// Volume with these parameters.
     pub fn open(&self) -> Result<OpenVolume, Failure> {
+        if let Some(time @ TimeChoice::Clip { .. }) = self.settings.time {
+            return Err(Failure::invalid(format!(
+                "time: {time} is a clip, and a volume shows one time point; set its number, and commit again for the next one"
+            )));
+        }
         let mut opened = match &self.source {
             Source::Nothing => {
                 return Err(Failure::invalid(

@@ -51,7 +51,7 @@ impl Parameters {
 
 impl FovolnetTransferFunction {
     /// Transfer function of the last commit.
-    pub fn choice(&self) -> Result<TransferChoice, Failure> {
+    pub(crate) fn choice(&self) -> Result<TransferChoice, Failure> {
         self.0.committed("transfer_function")
     }
 }

@@ -16,7 +16,7 @@ pub struct FovolnetVolume(Committed<VolumeParameters, Arc<OpenVolume>>);
 
 impl FovolnetVolume {
     /// Volume of the last commit.
-    pub fn opened(&self) -> Result<Arc<OpenVolume>, Failure> {
+    pub(crate) fn opened(&self) -> Result<Arc<OpenVolume>, Failure> {
         self.0.committed("volume")
     }
 }

@@ -132,7 +132,7 @@ const NATIVE: Endian = if cfg!(target_endian = "big") { Endian::Big } else { End
 ///
 /// # Safety
 /// The pointers in `voxels` are as its documentation says.
-pub unsafe fn lend(voxels: &FovolnetVoxels) -> Result<OpenVolume, Failure> {
+pub(crate) unsafe fn lend(voxels: &FovolnetVoxels) -> Result<OpenVolume, Failure> {
     let dtype = dtype_of(voxels.dtype)?;
     let dims = voxels.dims.map(|dim| usize::try_from(dim).unwrap_or(usize::MAX));
     let grid = Grid::new(dims, voxels.spacing)?;
@@ -168,7 +168,7 @@ fn dtype_of(number: FovolnetDtype) -> Result<Dtype, Failure> {
 }
 
 /// Number of `dtype` in the header.
-pub fn number_of(dtype: Dtype) -> FovolnetDtype {
+pub(crate) fn number_of(dtype: Dtype) -> FovolnetDtype {
     DTYPES.iter().find(|(_, of)| *of == dtype).map_or(0, |(number, _)| *number)
 }
 

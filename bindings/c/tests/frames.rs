@@ -1,4 +1,4 @@
-//! Channels of frames, clips, planning, cancelling.
+//! Channels of frames, clips, planning.
 
 // SAFETY of all calls here: handles are valid, and buffers are as large as the header asks for.
 #![allow(clippy::undocumented_unsafe_blocks)]
@@ -9,7 +9,6 @@ use common::*;
 use fovolnet::{Device, Pipeline, RenderOverrides, SpeedSettings, VolumeSettings, open_volume};
 use fovolnet_c::*;
 use std::ptr::null_mut;
-use std::time::{Duration, Instant};
 
 const SPARSE: &str =
     r#"{"sampling": "compact", "reconstruct": "wnet", "pb": 0.2, "frames": 3, "path": "turntable"}"#;
@@ -141,31 +140,4 @@ fn planned_frames_have_their_size() {
     assert!(renderer.render(4).info().plan_ms >= 0.0);
     renderer.set("quality", "fixed");
     assert_eq!(renderer.render(5).info().plan_ms, 0.0);
-}
-
-#[test]
-fn other_threads_cancel_frames() {
-    let volume = VolumeHandle::named("head");
-    let renderer = RendererHandle::showing(&volume, "{}");
-    let before = renderer.render(0).read(FOVOLNET_RGBA8);
-    // Minutes of work.
-    let json = c(r#"{"size": [8000, 6000], "step": 0.01}"#);
-    unsafe { ok(fovolnet_renderer_set_json(renderer.0, json.as_ptr())) };
-    renderer.commit();
-    let started = Instant::now();
-    std::thread::scope(|scope| {
-        scope.spawn(|| {
-            std::thread::sleep(Duration::from_millis(300));
-            fovolnet_cancel();
-        });
-        let mut frame = null_mut();
-        let status = unsafe { fovolnet_renderer_render(renderer.0, 0, &raw mut frame) };
-        fails(status, FOVOLNET_CANCELLED);
-        assert!(frame.is_null());
-    });
-    assert!(started.elapsed() < Duration::from_secs(20), "{:?}", started.elapsed());
-    let json = c(r#"{"size": [48, 32], "step": null}"#);
-    unsafe { ok(fovolnet_renderer_set_json(renderer.0, json.as_ptr())) };
-    renderer.commit();
-    assert_eq!(renderer.render(0).read(FOVOLNET_RGBA8), before);
 }

@@ -80,7 +80,6 @@ fn null_is_an_error_everywhere() {
         fovolnet_frame_release(null_mut());
         fovolnet_reconstructor_release(null_mut());
     }
-    fovolnet_cancel();
     assert_eq!(fovolnet_abi_version(), FOVOLNET_ABI_VERSION);
 }
 
@@ -97,6 +96,9 @@ fn texts_and_structs_are_checked() {
         assert!(text.contains("did you mean dims?"), "{text}");
         assert!(invalid(fovolnet_volume_commit(volume.0)).contains("fovolnet_volume_set_source"));
         ok(fovolnet_volume_set_source(volume.0, c"no/such.raw".as_ptr()));
+        ok(fovolnet_volume_set(volume.0, c"time".as_ptr(), c"all".as_ptr()));
+        assert!(invalid(fovolnet_volume_commit(volume.0)).contains("one time point"));
+        ok(fovolnet_volume_unset(volume.0, c"time".as_ptr()));
         let text = fails(fovolnet_volume_commit(volume.0), FOVOLNET_ERROR_FILE);
         assert!(text.contains("no/such.raw"), "{text}");
         let mut info: FovolnetVolumeInfo = std::mem::zeroed();
