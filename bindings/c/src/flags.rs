@@ -37,7 +37,7 @@ pub fn set<T: Overlay>(settings: &mut T, name: &str, value: &str) -> Result<(), 
 /// Group `T` with nothing but the flag `name`, read from `value` as the command line does.
 pub fn parsed<T: Args>(name: &str, value: &str) -> Result<T, Failure> {
     let command = command::<T>();
-    let action = known::<T>(&command, name)?.get_action().clone();
+    let action = known(&command, name)?.get_action().clone();
     let argument = match (action, value) {
         (ArgAction::SetTrue, "true") => Some(format!("--{name}")),
         (ArgAction::SetTrue, "false") => None,
@@ -52,7 +52,7 @@ pub fn parsed<T: Args>(name: &str, value: &str) -> Result<T, Failure> {
 
 /// Whether the group `T` has the flag `name`.
 pub fn has<T: Args>(name: &str) -> bool {
-    known::<T>(&command::<T>(), name).is_ok()
+    known(&command::<T>(), name).is_ok()
 }
 
 /// Sets everything in the JSON object `json`; null takes a setting back. Texts are read as the command line reads them. Nothing
@@ -74,7 +74,7 @@ pub fn set_value<T: Overlay + Clone>(settings: &mut T, name: &str, value: &Value
         // Transfer functions.
         Value::Object(_) => set(settings, name, &value.to_string()),
         _ => {
-            known::<T>(&command::<T>(), name)?;
+            known(&command::<T>(), name)?;
             let over = of_json(name, Map::from_iter([(name.to_owned(), value.clone())]))?;
             *settings = std::mem::take(settings).under(over);
             Ok(())
@@ -84,7 +84,7 @@ pub fn set_value<T: Overlay + Clone>(settings: &mut T, name: &str, value: &Value
 
 /// Takes the flag `name` of `settings` back, so that its default holds.
 pub fn unset<T: Overlay>(settings: &mut T, name: &str) -> Result<(), Failure> {
-    known::<T>(&command::<T>(), name)?;
+    known(&command::<T>(), name)?;
     let mut given = given(settings)?;
     given.remove(name);
     *settings = of_json(name, given)?;
@@ -119,8 +119,8 @@ fn command<T: Args>() -> Command {
     T::augment_args(command).disable_help_flag(true).disable_version_flag(true)
 }
 
-/// The flag `name` of `command`, which has the flags of `T`.
-fn known<'a, T: Args>(command: &'a Command, name: &str) -> Result<&'a Arg, Failure> {
+/// The flag `name` of `command`.
+fn known<'a>(command: &'a Command, name: &str) -> Result<&'a Arg, Failure> {
     let arguments = || command.get_arguments();
     arguments().find(|argument| argument.get_long() == Some(name)).ok_or_else(|| {
         let names: Vec<&str> = arguments().filter_map(Arg::get_long).collect();
