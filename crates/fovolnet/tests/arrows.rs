@@ -9,7 +9,7 @@ fn layer(name: &str) -> u32 {
         "fovol-core" | "fovol-gpu" | "fovol-simd" => 0,
         "fovol-io" | "fovol-metrics" | "fovol-render" | "fovol-net" => 1,
         "fovolnet" => 2,
-        "fovolnet-cli" | "fovolnet-viewer" => 3,
+        "fovolnet-c" | "fovolnet-cli" | "fovolnet-viewer" => 3,
         other => panic!("{other} has no layer yet: give it one here and in ARCHITECTURE.md"),
     }
 }
@@ -45,7 +45,8 @@ fn the_words_know_no_files_and_no_devices() {
 fn manifests() -> Vec<(String, Table)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let folders = ["crates", "apps"].into_iter().flat_map(|kind| std::fs::read_dir(root.join(kind)).unwrap());
-    let files = folders.map(|folder| folder.unwrap().path().join("Cargo.toml")).filter(|file| file.is_file());
+    let folders = folders.map(|folder| folder.unwrap().path()).chain([root.join("bindings/c")]);
+    let files = folders.map(|folder| folder.join("Cargo.toml")).filter(|file| file.is_file());
     let read = |file| {
         let manifest: Table = std::fs::read_to_string(file).unwrap().parse().unwrap();
         (manifest["package"]["name"].as_str().unwrap().to_owned(), manifest)

@@ -1,0 +1,164 @@
+use crate::status::Failure;
+use fovolnet::core::{Frame, SampleMask};
+use fovolnet::{
+    Freedom, Limit, OpenVolume, Pipeline, PlannedPipeline, RenderSettings, RenderedFrame, SpeedSettings,
+    Timings,
+};
+use std::sync::Arc;
+
+/// Everything that a renderer's frames depend on.
+pub struct Wanted {
+    pub volume: Arc<OpenVolume>,
+    pub settings: RenderSettings,
+    pub speed: SpeedSettings,
+    /// Limit and freedom of a planner, if there is one.
+    pub planning: Option<(Limit, Freedom)>,
+    pub finds_motion: bool,
+}
+
+/// Pipeline that is made when it is first needed, and keeps what it can when something else is wanted.
+#[derive(Default)]
+pub struct Engine(Option<Made>);
+
+struct Made {
+    maker: Maker,
+    wanted: Wanted,
+}
+
+enum Maker {
+    Fixed(Box<Pipeline>),
+    Planned(Box<PlannedPipeline>),
+}
+
+impl Maker {
+    fn new(wanted: &Wanted) -> fovolnet::Result<Self> {
+        let Wanted { volume, settings, speed, .. } = wanted;
+        let mut maker = match wanted.planning {
+            None => Self::Fixed(Box::new(Pipeline::new(volume, settings, speed)?)),
+            Some((limit, freedom)) => {
+                Self::Planned(Box::new(PlannedPipeline::new(volume, (settings, freedom), limit, speed)?))
+            }
+        };
+        if wanted.finds_motion {
+            maker.pipeline().find_motion();
+        }
+        Ok(maker)
+    }
+
+    fn pipeline(&mut self) -> &mut Pipeline {
+        match self {
+            Self::Fixed(pipeline) => pipeline,
+            Self::Planned(planned) => planned.pipeline(),
+        }
+    }
+}
+
+impl Made {
+    fn new(wanted: Wanted) -> fovolnet::Result<Self> {
+        Ok(Self { maker: Maker::new(&wanted)?, wanted })
+    }
+
+    /// Goes on with `wanted`. Returns it if nothing can be kept.
+    fn change(&mut self, wanted: Wanted) -> fovolnet::Result<Option<Wanted>> {
+        let old = &self.wanted;
+        let is_another = old.speed != wanted.speed
+            || old.planning != wanted.planning
+            || (old.finds_motion && !wanted.finds_motion);
+        let shows_another = !Arc::ptr_eq(&old.volume, &wanted.volume);
+        if is_another {
+            return Ok(Some(wanted));
+        }
+        match &mut self.maker {
+            Maker::Planned(_) if shows_another => return Ok(Some(wanted)),
+            Maker::Planned(planned) => planned.ask(&wanted.settings),
+            Maker::Fixed(pipeline) => {
+                // The old settings may not fit the new volume.
+                if shows_another && pipeline.show(&wanted.volume).is_err() {
+                    return Ok(Some(wanted));
+                }
+                self.wanted.volume = Arc::clone(&wanted.volume);
+                pipeline.change(&wanted.settings)?;
+            }
+        }
+        if wanted.finds_motion {
+            self.maker.pipeline().find_motion();
+        }
+        self.wanted = wanted;
+        Ok(None)
+    }
+}
+
+impl Engine {
+    /// Renders frame `i`.
+    pub fn render(&mut self, wanted: Wanted, i: u32) -> Result<RenderedFrame, Failure> {
+        Ok(match self.ready(wanted)? {
+            Maker::Fixed(pipeline) => pipeline.render(i)?,
+            Maker::Planned(planned) => planned.render(i)?.0,
+        })
+    }
+
+    /// Renders frame `i` with every pixel marched and exact shadows.
+    pub fn reference(&mut self, wanted: Wanted, i: u32) -> Result<RenderedFrame, Failure> {
+        let frame = match self.ready(wanted)? {
+            Maker::Fixed(pipeline) => pipeline.reference(i)?,
+            Maker::Planned(planned) => planned.reference(i)?,
+        };
+        Ok(every_pixel(i, frame))
+    }
+
+    /// Pipeline of the frames that are `wanted`.
+    pub fn pipeline(&mut self, wanted: Wanted) -> Result<&mut Pipeline, Failure> {
+        Ok(self.ready(wanted)?.pipeline())
+    }
+
+    /// Forgets earlier frames, as after a cut.
+    pub fn reset(&mut self) {
+        if let Some(made) = &mut self.0 {
+            made.maker.pipeline().reset();
+        }
+    }
+
+    /// Forgets everything, since work on it was abandoned.
+    pub fn abandon(&mut self) {
+        self.0 = None;
+    }
+
+    fn ready(&mut self, wanted: Wanted) -> Result<&mut Maker, Failure> {
+        let anew = match &mut self.0 {
+            None => Some(wanted),
+            Some(made) => match made.change(wanted) {
+                Ok(anew) => anew,
+                Err(error) => {
+                    // A lost device leaves nothing to go on with.
+                    if error.is_of_gpu() {
+                        self.0 = None;
+                    }
+                    return Err(error.into());
+                }
+            },
+        };
+        if let Some(wanted) = anew {
+            // The old one goes first: both may not fit into memory.
+            self.0 = None;
+            self.0 = Some(Made::new(wanted)?);
+        }
+        Ok(&mut self.0.as_mut().expect("it was just made").maker)
+    }
+}
+
+/// Rendered frame `i` of a reference.
+fn every_pixel(i: u32, frame: Frame) -> RenderedFrame {
+    let size = frame.size();
+    RenderedFrame {
+        index: i,
+        sparse: None,
+        mask: SampleMask::full(size),
+        frame,
+        motion: None,
+        samples: size.pixels(),
+        guide_samples: 0,
+        guide: None,
+        lost: None,
+        timings: Timings::default(),
+    }
+}
