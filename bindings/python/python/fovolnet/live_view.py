@@ -122,11 +122,12 @@ class LiveView:
 
     # What browsers and Python say, on any thread.
 
-    def want(self, request: Request, *, again: bool = False) -> None:
-        """Makes pictures of ``request`` from now on. If it shows nothing new, nothing is sent, unless ``again``."""
+    def want(self, request: Request, *, again: bool = False) -> bool:
+        """Makes pictures of ``request`` from now on. Returns whether a picture of it will be sent: it shows something new, or
+        it is asked for ``again``."""
         with self._changed:
             if self._closed:
-                return
+                return False
             is_new = again or not request.shows_as(self._wanted) or self._error is not None
             self._wanted = request
             self._last_input = time.monotonic()
@@ -137,6 +138,7 @@ class LiveView:
                 self._thread = threading.Thread(target=self._run, name="fovolnet-view", daemon=True)
                 self._thread.start()
             self._changed.notify_all()
+            return self._is_new
 
     def look_at(self, gaze: tuple[float, float]) -> None:
         """The eye looks at ``gaze``: refinement goes on there."""

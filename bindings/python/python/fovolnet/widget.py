@@ -11,11 +11,12 @@ import numpy as np
 import traitlets
 
 from . import orbit
-from ._native import FrameProducer
+from ._native import FrameProducer, Volume
 from .camera import Camera
 from .live_view import LiveView, Request
 from .picture import Picture, png
 from .scene import Scene
+from .settings_text import settings_json
 
 try:
     import anywidget
@@ -70,7 +71,7 @@ class Widget(anywidget.AnyWidget):
     _label = traitlets.Unicode("").tag(sync=True)
 
     def __init__(self, scene: Scene, *, budget: float = 80.0) -> None:
-        z, y, x = scene.volume.shape[:3]
+        z, y, x = scene._visible()[0].volume.shape[:3]
         label = f"Volume of {x} by {y} by {z} voxels. Drag or press arrow keys to turn, plus and minus to zoom, 0 for the default view."
         super().__init__(_size=list(scene.size), _label=label)
         self.scene = scene
@@ -78,6 +79,7 @@ class Widget(anywidget.AnyWidget):
         self._gaze = (0.5, 0.5)
         self._held = False
         self._heard: dict[str, int] = {}
+        self._blended: tuple[tuple[Any, ...], Volume] | None = None
         self._live = LiveView(self.send, self._keep, device=scene._device, threads=scene._threads)
         self.budget = budget
         self.on_msg(self._receive)
@@ -102,9 +104,8 @@ class Widget(anywidget.AnyWidget):
         FovolnetError
             A setting is invalid.
         """
-        settings = self.scene._view_settings()
-        FrameProducer.check(settings)
-        self._want(settings)
+        FrameProducer.check(self._settings())
+        self._want()
 
     def picture(self, timeout: float = 60.0) -> Picture | None:
         """The full frame of the view as it is now, at the size in the browser.
@@ -141,24 +142,42 @@ class Widget(anywidget.AnyWidget):
         picture = {"image/png": base64.b64encode(png(image)).decode(), "text/plain": f"<fovolnet.Widget {width}x{height}>"}
         return {**data, **picture}, metadata
 
-    def _want(self, settings: str | None = None, *, again: bool = False) -> None:
-        """Asks for pictures of the scene as it is now."""
-        if self.scene._camera is None:
-            self.scene.camera = self._default_camera()
-        camera = self.scene.camera
+    def _want(self, *, again: bool = False) -> bool:
+        """Asks for pictures of the scene as it is now. Returns whether a new one will be sent."""
+        camera = self._camera()
         request = Request(
-            volume=self.scene.volume,
-            settings=settings if settings is not None else self.scene._view_settings(),
+            volume=self._volume(),
+            settings=self._settings(),
             camera=([float(c) for c in camera.eye], [float(c) for c in camera.target], float(camera.fovy)),
             size=self._pixels,
             gaze=self._gaze,
             held=self._held,
             heard=tuple(self._heard.items()),
         )
-        self._live.want(request, again=again)
+        return self._live.want(request, again=again)
 
-    def _default_camera(self) -> Camera:
-        return Camera.looking(*self.scene._prepared({}).camera())
+    def _settings(self, **others: Any) -> str:
+        """Settings of the scene without camera and size, which requests have."""
+        return settings_json({**self.scene._settings({}), "camera": None, "size": None, **others})
+
+    def _volume(self) -> Volume:
+        """The volume of the scene with its further layers."""
+        first, *others = self.scene._visible()
+        layers = (first.volume, *((other.volume, other.transfer) for other in others))
+        if self._blended is None or self._blended[0] != layers:
+            volume = first.volume
+            for other in others:
+                volume = volume.with_layer(other.volume, other.transfer)
+            self._blended = (layers, volume)
+        return self._blended[1]
+
+    def _camera(self) -> Camera:
+        """The camera of the scene. It begins with the default view."""
+        if self.scene._camera is None:
+            # The scene would open a renderer of its own to find it.
+            found = FrameProducer.default_camera(self._volume(), self._settings(size=self._pixels))
+            self.scene.camera = Camera.looking(*found)
+        return self.scene.camera
 
     def _keep(self, still: bytes) -> None:
         self._still = still
@@ -186,7 +205,8 @@ class Widget(anywidget.AnyWidget):
             self._held = bool(message["held"])
             self._heard[view] = message["number"]
             self._move(message)
-            self._want()
+            if not self._want():
+                self.send({"kind": "heard", "heard": dict(self._heard)})
         elif kind == "shut":
             self._heard.pop(view, None)
             self._live.shut(view)
@@ -200,8 +220,7 @@ class Widget(anywidget.AnyWidget):
         """Moves the camera of the scene."""
         if message.get("home"):
             self.scene.camera = None
-            self.scene.camera = self._default_camera()
-        camera = self.scene.camera
+        camera = self._camera()
         if "turn" in message:
             orbit.turn(camera, *message["turn"])
         if "pan" in message:
