@@ -41,4 +41,4 @@ def in_target_plane(camera: Camera, right: float, down: float) -> np.ndarray:
     to_right = np.array([np.cos(azimuth), 0.0, -np.sin(azimuth)])
     up = np.array([-np.sin(elevation) * np.sin(azimuth), np.cos(elevation), -np.sin(elevation) * np.cos(azimuth)])
     height = 2.0 * camera.distance * np.tan(np.radians(camera.fovy) / 2.0)
-    return height * (right * to_right - down * up)
+    return np.asarray(height * (right * to_right - down * up))

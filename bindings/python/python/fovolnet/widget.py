@@ -73,9 +73,9 @@ class Widget(anywidget.AnyWidget):
     def __init__(self, scene: Scene, *, budget: float = 80.0) -> None:
         z, y, x = scene._visible()[0].volume.shape[:3]
         label = f"Volume of {x} by {y} by {z} voxels. Drag or press arrow keys to turn, plus and minus to zoom, 0 for the default view."
-        super().__init__(_size=list(scene.size), _label=label)
+        super().__init__(_size=[int(side) for side in scene.size], _label=label)
         self.scene = scene
-        self._pixels = tuple(scene.size)
+        self._pixels = (int(scene.size[0]), int(scene.size[1]))
         self._gaze = (0.5, 0.5)
         self._held = False
         self._heard: dict[str, int] = {}
