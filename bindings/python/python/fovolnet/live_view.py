@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextvars
 import threading
 import time
 from collections.abc import Callable
@@ -98,6 +99,7 @@ class LiveView:
         threads: int | None = None,
     ) -> None:
         self._send, self._keep = send, keep
+        self._within = contextvars.copy_context()
         self._device, self._threads = device, threads
         self._changed = threading.Condition()
         self._thread: threading.Thread | None = None
@@ -121,6 +123,11 @@ class LiveView:
         self.interval_ms = INTERVAL_MS
 
     # What browsers and Python say, on any thread.
+
+    def answer_here(self) -> None:
+        """Sends messages as answers to the one that is handled now. Kernels with subshells deliver the browser's next message
+        where the last answer came from; without this they would wait for a running cell."""
+        self._within = contextvars.copy_context()
 
     def want(self, request: Request, *, again: bool = False) -> bool:
         """Makes pictures of ``request`` from now on. Returns whether a picture of it will be sent: it shows something new, or
@@ -241,7 +248,7 @@ class LiveView:
             with self._changed:
                 still, self._unkept = self._unkept, None
             if still is not None:
-                self._keep(still)
+                self._within.run(self._keep, still)
         return task if isinstance(task, tuple) else None
 
     def _waited(self) -> tuple[Request, bool] | str:
@@ -311,7 +318,7 @@ class LiveView:
             "way": facts["way"],
             "heard": dict(request.heard),
         }
-        self._send(header, [data])
+        self._within.run(self._send, header, [data])
         if is_full:
             self._unkept = data
 
@@ -345,7 +352,7 @@ class LiveView:
                 return
             self._error, self._share = error, 1.0
             self._changed.notify_all()
-        self._send({"kind": "error", "text": one_line(error), "heard": dict(request.heard)}, [])
+        self._within.run(self._send, {"kind": "error", "text": one_line(error), "heard": dict(request.heard)}, [])
 
 
 def one_line(error: Exception) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import sys
 import weakref
 from pathlib import Path
 from typing import Any
@@ -184,6 +185,7 @@ class Widget(anywidget.AnyWidget):
 
     def _receive(self, _: Any, message: dict[str, Any], buffers: list[Any]) -> None:
         """Takes a message of a browser. Errors go there, since no cell would show them."""
+        self._live.answer_here()
         try:
             self._take(message)
         except Exception as error:
@@ -248,8 +250,13 @@ def follow_cells(widget: Widget) -> Any:
 
     def after_cell(*_: Any) -> None:
         alive = known()
-        if alive is not None and alive._live.is_running:
+        if alive is None or not alive._live.is_running:
+            return
+        try:
             alive.update()
+        except ValueError as error:
+            # It belongs to the cell, which has ended already.
+            print(f"{type(error).__name__}: {error}", file=sys.stderr)
 
     shell.events.register("post_run_cell", after_cell)
 
