@@ -7,7 +7,7 @@ use fovolnet::core::{Camera, Fovea, Frame, FrameSize, ShadowMode, stop};
 use fovolnet::io::image::resized;
 use fovolnet::{
     Candidate, Device, Error, Freedom, Limit, MadeFrame, OpenVolume, Pipeline, Planner, RenderSettings,
-    Sampling, Shown, SpeedSettings, Viewpoint, Way, WorldBox, camera_path,
+    Sampling, Shown, SpeedSettings, Viewpoint, Way, WorldBox, camera_path, scene,
 };
 use numpy::PyArray3;
 use pyo3::prelude::*;
@@ -185,10 +185,12 @@ impl FrameProducer {
         Ok(Self(Mutex::new(state)))
     }
 
-    /// Checks settings without changing anything.
+    /// Checks settings for `volume`. Renders and opens nothing.
     #[staticmethod]
-    fn check(settings: &str) -> PyResult<()> {
-        of_views(settings).map(|_| ())
+    fn check(py: Python<'_>, volume: &Volume, settings: &str) -> PyResult<()> {
+        let (asked, _) = of_views(settings)?;
+        let volume = volume.opened.clone();
+        py.detach(|| scene(&volume, &asked)).map(|_| ()).map_err(|error| raised(&error))
     }
 
     /// Takes other settings for the next pictures, at the size of the last ones.

@@ -237,7 +237,7 @@ def at_rest(widget: Any) -> dict[str, Any]:
         frames = widget.browser.frames
         if frames:
             tell(widget, "drawn", number=frames[-1]["number"])
-        return frames and frames[-1]["share"] == 1.0 and not widget._live._is_new and frames[-1]
+        return frames and frames[-1]["share"] == widget._live._share == 1.0 and not widget._live._is_new and frames[-1]
 
     return until(rests)
 
@@ -248,8 +248,9 @@ def test_widgets_move_the_camera_of_their_scene(widget: Any, scene: fv.Scene) ->
     before = scene.camera.azimuth
     tell(widget, "input", number=1, gaze=[0.3, 0.4], held=True, turn=[0.1, 0.0])
     assert scene.camera.azimuth == pytest.approx(before - 18.0)
+    at_rest(widget)
     tell(widget, "input", number=2, gaze=[0.3, 0.4], held=False)
-    assert widget.browser.messages[-1][0]["heard"] == {"a": 2}, "inputs that show nothing new are answered"
+    assert widget.browser.messages[-1][0] == {"kind": "heard", "heard": {"a": 2}}, "inputs that show nothing new are answered"
     assert at_rest(widget)["size"] == [120, 90]
     scene.size = (120, 90)
     assert np.array_equal(widget.browser.last_image(), scene.render())

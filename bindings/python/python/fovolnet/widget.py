@@ -105,7 +105,7 @@ class Widget(anywidget.AnyWidget):
         FovolnetError
             A setting is invalid.
         """
-        FrameProducer.check(self._settings())
+        FrameProducer.check(self._volume(), self._settings())
         self._want()
 
     def picture(self, timeout: float = 60.0) -> Picture | None:

@@ -87,7 +87,7 @@ class Server:
 class Page:
     """A notebook in a browser."""
 
-    def __init__(self, server: Server, size: tuple[int, int] = (1200, 1000)) -> None:
+    def __init__(self, server: Server, size: tuple[int, int] = (1200, 1600)) -> None:
         from selenium import webdriver
 
         options = webdriver.ChromeOptions()
@@ -165,7 +165,11 @@ class Page:
 
     def output(self, cell: int) -> str:
         """The text that a cell has printed."""
-        script = "return [...(document.querySelectorAll('.jp-CodeCell')[arguments[0]]?.querySelectorAll('.jp-OutputArea-output') ?? [])].map((o) => o.textContent).join('')"
+        # Cells out of sight are not in the page.
+        script = """
+            const outputs = jupyterapp.shell.currentWidget.content.widgets[arguments[0]].model.outputs.toJSON();
+            return outputs.map((output) => output.text ?? '').flat().join('');
+        """
         return str(self.run(script, cell))
 
     def screenshot(self, name: str) -> Path:
@@ -175,6 +179,11 @@ class Page:
 
     def close(self) -> None:
         self.browser.quit()
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two pictures are equal."""
+    return a.shape == b.shape and bool((a == b).all())
 
 
 def all_full(boxes: Sequence[Any]) -> bool:
