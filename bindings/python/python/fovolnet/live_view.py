@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextvars
 import threading
 import time
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -38,6 +39,10 @@ STILL_BYTES = 2 << 20
 QUALITY, STILL_QUALITY = 82, 95
 #: Weight of the last value in moving averages.
 NEW = 0.3
+
+
+#: All live views of this process.
+ALL: weakref.WeakSet[LiveView] = weakref.WeakSet()
 
 
 @dataclass(frozen=True)
@@ -121,6 +126,7 @@ class LiveView:
         self._error: Exception | None = None
         #: Milliseconds from picture to picture in motion.
         self.interval_ms = INTERVAL_MS
+        ALL.add(self)
 
     # What browsers and Python say, on any thread.
 
@@ -164,9 +170,18 @@ class LiveView:
             self._changed.notify_all()
 
     def opened(self, watcher: str, page: str) -> None:
-        """A view in a browser is open. Those of other pages may be gone without a word; if not, they will be heard of."""
+        """A view in a browser is open. Those of other pages, of all live views, may be gone without a word. If they are not, they
+        will be heard of."""
+        for other in list(ALL):
+            other._forget_other_pages(page)
         with self._changed:
-            self._watchers = {other: its for other, its in self._watchers.items() if its == page} | {watcher: page}
+            self._watchers[watcher] = page
+
+    def _forget_other_pages(self, page: str) -> None:
+        with self._changed:
+            self._watchers = {watcher: its for watcher, its in self._watchers.items() if its == page}
+            self._last_input = time.monotonic()
+            self._changed.notify_all()
 
     def shut(self, watcher: str) -> None:
         """A view in a browser is gone. After the last one the thread ends, some time later."""

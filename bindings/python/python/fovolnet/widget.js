@@ -23,7 +23,13 @@ const BUSY = "The kernel is busy. The picture follows when it is free.";
 const GONE = "The kernel has ended or was restarted. Run the cell again.";
 const SAVED = "A saved picture. Run the cell to turn it.";
 
-const page = crypto.randomUUID?.() ?? String(Math.random());
+/** Name of this page. Every widget imports its own copy of this module. */
+const page = (globalThis[Symbol.for("fovolnet.page")] ??= newName());
+
+function newName() {
+  // Without HTTPS there is no `randomUUID`.
+  return crypto.randomUUID?.() ?? String(Math.random());
+}
 
 /** Bytes of a buffer as any notebook hands it over. */
 function bytesOf(buffer) {
@@ -264,7 +270,7 @@ function followSize(box, ask, signal) {
 }
 
 function render({ model, el }) {
-  const view = crypto.randomUUID?.() ?? String(Math.random());
+  const view = newName();
   const ending = new AbortController();
   const { signal } = ending;
   const box = document.createElement("div");

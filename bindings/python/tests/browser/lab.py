@@ -178,6 +178,9 @@ class Page:
         return path
 
     def close(self) -> None:
+        """Ends the kernel and the browser."""
+        script = "const done = arguments[0]; Promise.resolve(window.jupyterapp?.shell.currentWidget?.sessionContext.shutdown()).finally(done)"
+        self.browser.execute_async_script(script)
         self.browser.quit()
 
 

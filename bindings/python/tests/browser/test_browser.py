@@ -143,6 +143,19 @@ def test_several_widgets_live_side_by_side_and_end_with_their_cells(page: lab.Pa
     page.until(lambda: page.output(6).strip() == "1")
 
 
+def test_pages_that_are_loaded_again_go_on(page: lab.Page) -> None:
+    page.open([SCENE])
+    page.run_cells()
+    [box] = page.widgets()
+    start = page.pixels(box)
+    page.command("docmanager:save")
+    page.visit("lab/workspaces/again/tree/notebook.ipynb")
+    [box] = page.widgets()
+    assert lab.same(page.pixels(box), start)
+    drag(page, box, (60, 0))
+    changed(page, box, start)
+
+
 def test_errors_of_settings_show_in_the_cell_and_other_errors_in_the_picture(page: lab.Page) -> None:
     page.open([SCENE])
     page.run_cells()
