@@ -1,5 +1,6 @@
 use crate::encoding::Encoding;
 use crate::errors::{interrupted, raised, wrong};
+use crate::interrupts::check_process;
 use crate::refinement::Refinement;
 use crate::settings;
 use crate::volume::Volume;
@@ -150,6 +151,7 @@ impl FrameProducer {
         py: Python<'_>,
         work: impl FnOnce(&mut State) -> fovolnet::Result<T> + Send,
     ) -> PyResult<T> {
+        check_process()?;
         py.detach(|| {
             let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
             let done = stop::catch(|| work(&mut state));

@@ -194,6 +194,7 @@ class LiveView:
         """Ends the thread and frees its memory once it has finished what it is at, some milliseconds later."""
         with self._changed:
             self._closed = True
+            self._wanted = None
             self._watchers.clear()
             thread = self._thread
             self._changed.notify_all()

@@ -247,16 +247,25 @@ def follow_cells(widget: Widget) -> Any:
     if shell is None:
         return lambda: None
     known = weakref.ref(widget)
+    said = ""
 
     def after_cell(*_: Any) -> None:
+        nonlocal said
         alive = known()
         if alive is None or not alive._live.is_running:
             return
+        if alive.scene._is_closed:
+            alive._live.close()
+            return
         try:
             alive.update()
+            said = ""
         except ValueError as error:
-            # It belongs to the cell, which has ended already.
-            print(f"{type(error).__name__}: {error}", file=sys.stderr)
+            text = f"{type(error).__name__}: {error}"
+            # It belongs to the cell, which has ended already. Later cells need not hear it again.
+            if text != said:
+                print(text, file=sys.stderr)
+            said = text
 
     shell.events.register("post_run_cell", after_cell)
 
