@@ -199,7 +199,7 @@ def test_threads_end_when_nobody_looks_and_when_closed(
 def test_an_interrupted_cell_leaves_views_alone(scene: fv.Scene, live: tuple[LiveView, Browser]) -> None:
     import signal
 
-    view, browser = live
+    view, _ = live
     view.want(request_of(scene, size=(640, 480)))
     handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
