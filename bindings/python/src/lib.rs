@@ -7,13 +7,16 @@ mod array_bytes;
 mod array_facts;
 mod buffer;
 mod clip;
+mod encoding;
 mod errors;
 mod frame;
 mod interrupts;
 mod metrics;
 mod pictures;
+mod planned;
 mod programs;
 mod reconstructor;
+mod refinement;
 mod renderer;
 mod session;
 mod settings;
@@ -32,6 +35,8 @@ mod _native {
     use crate::frame::Frame;
     #[pymodule_export]
     use crate::metrics::{Jod, ms_ssim, psnr, ssim, tpsnr};
+    #[pymodule_export]
+    use crate::planned::FrameProducer;
     #[pymodule_export]
     use crate::programs::{run_command, run_viewer};
     #[pymodule_export]

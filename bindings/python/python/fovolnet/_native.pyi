@@ -99,6 +99,51 @@ class Frame:
         """
 
 @final
+class FrameProducer:
+    """
+    Makes the pictures of an interactive view: frames within a budget while it moves, then the full frame piece by piece.
+
+    It works on the calling thread without the interpreter's lock, and does not look for signals: call it from a thread of its own.
+    """
+    def __new__(cls, /, volume: Volume, settings: str = "{}", device: str | None = None, threads: SupportsIndex | None = None) -> FrameProducer:
+        """
+        A producer of pictures of `volume`. `settings` is a JSON object with the names of the command line's flags. Opens nothing yet.
+        """
+    def change(self, /, settings: str) -> None:
+        """
+        Takes other settings for the next pictures, at the size of the last ones.
+        """
+    @staticmethod
+    def check(volume: Volume, settings: str) -> None:
+        """
+        Checks settings for `volume`. Renders and opens nothing.
+        """
+    @staticmethod
+    def default_camera(volume: Volume, settings: str) -> tuple[list[float], list[float], float]:
+        """
+        Camera of `settings` for `volume`: eye, target, vertical field of view in degrees. Opens nothing.
+        """
+    def encode(self, /, encoding: str = "jpeg", quality: SupportsIndex = 85) -> tuple[bytes, int, int]:
+        """
+        The current picture: its bytes as `jpeg`, `png` or `raw` (RGBA), its width and its height.
+        """
+    def go_to(self, /, camera: tuple[SupportsLenAndGetItem[SupportsFloat | SupportsIndex], SupportsLenAndGetItem[SupportsFloat | SupportsIndex], SupportsFloat | SupportsIndex], size: tuple[SupportsIndex, SupportsIndex], gaze: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex] = (0.5, 0.5), budget: SupportsFloat | SupportsIndex = 80.0) -> dict[str, Any]:
+        """
+        Makes a picture of a view in motion in about `budget` milliseconds, at most as large as `size`. `gaze` is a place of the
+        picture, 0 to 1 from the top left. Returns a dict: width, height, way, ms, and share, 1 for the full frame.
+        """
+    @property
+    def image(self, /) -> NDArray[np.uint8]:
+        """
+        The current picture: uint8 of shape (height, width, 3).
+        """
+    def refine(self, /, gaze: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex] = (0.5, 0.5), ms: SupportsFloat | SupportsIndex = 70.0) -> float:
+        """
+        Works about `ms` milliseconds on the full frame of the last view, around `gaze` first. Returns the share that is done; the
+        picture of share 1 equals that of a `Renderer`.
+        """
+
+@final
 class Jod:
     """
     Just-objectionable differences of a clip, frame by frame: FovVideoVDP, or ColorVideoVDP where colours count.

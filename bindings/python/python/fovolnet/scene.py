@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from threading import RLock
 from types import TracebackType
-from typing import Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ from .layer import Layer, Layers
 from .picture import Picture
 from .settings_text import settings_json
 from .volumes import as_volume
+
+if TYPE_CHECKING:
+    from .widget import Widget
 
 #: Colour maps of further volumes that have no colours of their own, in order.
 COLOURS = ("inferno", "viridis", "cividis")
@@ -296,6 +299,23 @@ class Scene:
         with self._lock:
             renderer, given = self._prepared({})
             return renderer.reference(given)
+
+    def widget(self, *, budget: float = 80.0) -> Widget:
+        """An interactive picture for notebooks, turned by the mouse; see `fovolnet.widget.Widget`.
+
+        Parameters
+        ----------
+        budget : float
+            Milliseconds from picture to picture while it moves.
+
+        Raises
+        ------
+        ImportError
+            ``pip install fovolnet[notebook]`` is needed.
+        """
+        from .widget import Widget
+
+        return Widget(self, budget=budget)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes a session file, which the command line, the viewer and `load` open.
