@@ -55,6 +55,15 @@ def test_nibabel(scan, tmp_path: Path, of_command, affine, scaled: bool) -> None
         assert np.array_equal(picture(image), expected)
 
 
+def test_nibabel_without_orientation(scan, tmp_path: Path, of_command) -> None:
+    nibabel = pytest.importorskip("nibabel")
+    path = tmp_path / "scan.nii"
+    fv.write(path, scan, spacing=SPACING)
+    image = nibabel.load(path)
+    assert np.array_equal(picture(image), of_command(path))
+    assert fv.as_volume(image).directions is None and fv.as_volume(image).spacing == list(SPACING)
+
+
 def test_pyvista(scan, tmp_path: Path, of_command) -> None:
     pyvista = pytest.importorskip("pyvista")
     grid = pyvista.ImageData(dimensions=scan.shape[::-1], spacing=SPACING, origin=(1, 2, 3))
@@ -66,10 +75,14 @@ def test_pyvista(scan, tmp_path: Path, of_command) -> None:
     vtk_image = pytest.importorskip("vtkmodules.vtkCommonDataModel").vtkImageData()
     vtk_image.DeepCopy(grid)
     assert np.array_equal(picture(vtk_image), expected)
-    cells = pyvista.ImageData(dimensions=(3, 3, 3))
-    cells.cell_data["values"] = np.arange(8)
-    with pytest.raises(ValueError, match="point data"):
-        picture(cells)
+    cells = pyvista.ImageData(dimensions=np.array(scan.shape[::-1]) + 1, spacing=SPACING, origin=(1, 2, 3))
+    cells.cell_data["values"] = scan.ravel()
+    cells.save(path)
+    assert np.array_equal(picture(cells), of_command(path))
+    volume, read = fv.as_volume(cells), fv.read(path)
+    assert np.allclose(volume.origin, (1.5, 2.75, 4.25)) and np.allclose(volume.origin, read.origin)
+    with pytest.raises(ValueError, match="set_active_scalars"):
+        picture(pyvista.ImageData(dimensions=(3, 3, 3)))
     with pytest.raises(ValueError, match="no regular voxels"):
         picture(pyvista.Sphere())
 

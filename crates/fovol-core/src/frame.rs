@@ -187,8 +187,8 @@ fn quantise(pixels: &[[f32; 4]]) -> [[u8; 4]; BLOCK] {
     /// Added to a number from 0 to 255, it rounds it to the nearest integer, which is then in the lowest bits. Vectors of every
     /// processor can do that; conversions that saturate, and `round`, are slow.
     const ROUNDS: f32 = 8_388_608.0;
+    #[expect(clippy::manual_clamp, reason = "`max` maps NaN to 0")]
     let channel = |c: f32| {
-        // `max` maps NaN to 0.
         let c = c.max(0.0).min(1.0) * 255.0;
         let nearest = (c + ROUNDS) - ROUNDS;
         // Halves went to the even neighbour.

@@ -46,15 +46,24 @@ def of_itk(image: Any) -> Described:
 
 
 def of_nibabel(image: Any) -> Described:
-    affine, (slope, intercept) = image.affine, scaling(image)
+    affine = image.affine
     # NIfTI counts to the right and the front, patient space to the left and the back.
     to_lps = np.diag([-1.0, -1.0, 1.0])
     steps = to_lps @ affine[:3, :3]
     lengths = np.linalg.norm(steps, axis=0)
     facts = placed(lengths, steps / lengths, to_lps @ affine[:3, 3], patient=True)
-    facts["rescale"] = (slope, intercept)
+    if not has_orientation(image.header):
+        facts = {"spacing": tuple(map(float, image.header.get_zooms()[:3]))}
+    facts["rescale"] = scaling(image)
     units = {"mm": "mm", "micron": "µm", "meter": "m"}.get(getattr(image.header, "get_xyzt_units", lambda: ("",))()[0])
     return Described(unscaled(image), "xyz", {**facts, **({"units": units} if units else {})})
+
+
+def has_orientation(header: Any) -> bool:
+    """Whether the header of a nibabel image says how the patient lies. Without, nibabel makes an affine of its own."""
+    names = header.keys() if hasattr(header, "keys") else ()
+    codes = [int(header[name]) for name in ("qform_code", "sform_code") if name in names]
+    return any(codes) if codes else "goodRASFlag" not in names or bool(header["goodRASFlag"])
 
 
 def scaling(image: Any) -> tuple[float, float]:
@@ -72,13 +81,17 @@ def unscaled(image: Any) -> Any:
 def of_pyvista(data: Any) -> Described:
     if not hasattr(data, "dimensions") or not hasattr(data, "spacing"):
         raise ValueError(f"a {type(data).__name__} of PyVista has no regular voxels; resample it with pyvista.ImageData.sample")
-    scalars = data.active_scalars
-    if scalars is None or len(scalars) != np.prod(data.dimensions):
-        raise ValueError("the PyVista image has no active point data; call set_active_scalars, or cell_data_to_points")
+    scalars, directions = data.active_scalars, np.asarray(data.direction_matrix, dtype=float)
+    dimensions, origin = np.array(data.dimensions), np.array(data.origin)
+    if scalars is not None and len(scalars) == np.prod(np.maximum(dimensions - 1, 1)) != np.prod(dimensions):
+        # A cell is a voxel, whose centre lies half a step from its first corner.
+        origin = origin + directions @ (0.5 * np.array(data.spacing) * (dimensions > 1))
+        dimensions = np.maximum(dimensions - 1, 1)
+    if scalars is None or len(scalars) != np.prod(dimensions):
+        raise ValueError("the PyVista image has no active data at its points or cells; call set_active_scalars")
     scalars = np.asarray(scalars)
-    directions = np.asarray(data.direction_matrix, dtype=float)
     return Described(
-        scalars.reshape(data.dimensions[::-1] + scalars.shape[1:]), facts=placed(data.spacing, directions, data.origin, patient=False)
+        scalars.reshape((*dimensions[::-1], *scalars.shape[1:])), facts=placed(data.spacing, directions, origin, patient=False)
     )
 
 
