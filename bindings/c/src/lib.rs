@@ -10,7 +10,6 @@ mod camera;
 mod cancel;
 mod channels;
 mod committed;
-mod engine;
 mod flags;
 mod frame;
 mod handles;

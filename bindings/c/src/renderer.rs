@@ -1,7 +1,6 @@
 use crate::boundary::{call, long_call, repaired};
 use crate::camera::FovolnetCamera;
 use crate::committed::Committed;
-use crate::engine::{Engine, Wanted};
 use crate::frame::FovolnetFrame;
 use crate::handles::{hand_out, object, release, shared};
 use crate::light::FovolnetLight;
@@ -10,8 +9,8 @@ use crate::render_flags::RenderFlags;
 use crate::status::{Failure, FovolnetStatus};
 use crate::transfer_function::FovolnetTransferFunction;
 use crate::volume::FovolnetVolume;
-use fovolnet::CameraChoice;
 use fovolnet::core::FrameSize;
+use fovolnet::{CameraChoice, Engine, Wanted};
 use std::ffi::c_char;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -281,7 +280,7 @@ pub unsafe extern "C" fn fovolnet_renderer_render(
 ) -> FovolnetStatus {
     long_call(|| {
         // SAFETY: see the rules at the top of the header.
-        let rendered = unsafe { of(renderer)? }.with(|engine, wanted| engine.render(wanted, i))?;
+        let rendered = unsafe { of(renderer)? }.with(|engine, wanted| Ok(engine.render(wanted, i)?))?;
         // SAFETY: likewise.
         unsafe { hand_out(FovolnetFrame(rendered), frame, "frame") }
     })
@@ -297,7 +296,7 @@ pub unsafe extern "C" fn fovolnet_renderer_reference(
 ) -> FovolnetStatus {
     long_call(|| {
         // SAFETY: see the rules at the top of the header.
-        let rendered = unsafe { of(renderer)? }.with(|engine, wanted| engine.reference(wanted, i))?;
+        let rendered = unsafe { of(renderer)? }.with(|engine, wanted| Ok(engine.reference(wanted, i)?))?;
         // SAFETY: likewise.
         unsafe { hand_out(FovolnetFrame(rendered), frame, "frame") }
     })

@@ -141,9 +141,9 @@ pub use pipeline::{
     FrameGuide, FrameReport, MeanReport, Pipeline, Rays, RenderReport, RenderedFrame, Timings, Viewpoint,
     camera_path,
 };
-#[cfg(feature = "files")]
-pub use planner::PlannedPipeline;
 pub use planner::{Candidate, FramePlan, Freedom, Limit, MadeFrame, PlannedFrames, Planner, Shown, Way};
+#[cfg(feature = "files")]
+pub use planner::{Engine, PlannedPipeline, Wanted};
 #[cfg(feature = "gpu")]
 pub use reconstruct::DeviceReconstructor;
 pub use reconstruct::{Reconstructor, Seen};

@@ -6,6 +6,8 @@
 
 mod candidate;
 mod costs;
+#[cfg(feature = "files")]
+mod engine;
 mod errors;
 mod frame_plan;
 mod freedom;
@@ -23,6 +25,8 @@ mod taps;
 mod way;
 
 pub use candidate::Candidate;
+#[cfg(feature = "files")]
+pub use engine::{Engine, Wanted};
 pub use frame_plan::{FramePlan, PlannedFrames};
 pub use freedom::Freedom;
 pub use limit::Limit;

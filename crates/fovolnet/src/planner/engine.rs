@@ -1,37 +1,44 @@
-use crate::status::Failure;
-use fovolnet::core::{Frame, SampleMask};
-use fovolnet::{
-    Freedom, Limit, OpenVolume, Pipeline, PlannedPipeline, RenderSettings, RenderedFrame, SpeedSettings,
-    Timings,
-};
+use super::freedom::Freedom;
+use super::limit::Limit;
+use super::planned_pipeline::PlannedPipeline;
+use crate::{OpenVolume, Pipeline, RenderSettings, RenderedFrame, Result, SpeedSettings, Timings};
+use fovol_core::{Frame, SampleMask};
 use std::sync::Arc;
 
-/// Everything that a renderer's frames depend on.
+/// Everything that the frames of an [`Engine`] depend on.
+#[derive(Debug, Clone)]
 pub struct Wanted {
+    /// The volume, and what is shown with it.
     pub volume: Arc<OpenVolume>,
+    /// How it is shown.
     pub settings: RenderSettings,
+    /// Device and threads.
     pub speed: SpeedSettings,
     /// Limit and freedom of a planner, if there is one.
     pub planning: Option<(Limit, Freedom)>,
+    /// Whether frames have the motion of their pixels, even if no network uses it.
     pub finds_motion: bool,
 }
 
-/// Pipeline that is made when it is first needed, and keeps what it can when something else is wanted.
-#[derive(Default)]
+/// Makes whatever frame is wanted next, planned or not. Its pipeline is made when it is first needed, and keeps what it can when
+/// something else is wanted.
+#[derive(Debug, Default)]
 pub struct Engine(Option<Made>);
 
+#[derive(Debug)]
 struct Made {
     maker: Maker,
     wanted: Wanted,
 }
 
+#[derive(Debug)]
 enum Maker {
     Fixed(Box<Pipeline>),
     Planned(Box<PlannedPipeline>),
 }
 
 impl Maker {
-    fn new(wanted: &Wanted) -> fovolnet::Result<Self> {
+    fn new(wanted: &Wanted) -> Result<Self> {
         let Wanted { volume, settings, speed, .. } = wanted;
         let mut maker = match wanted.planning {
             None => Self::Fixed(Box::new(Pipeline::new(volume, settings, speed)?)),
@@ -54,12 +61,12 @@ impl Maker {
 }
 
 impl Made {
-    fn new(wanted: Wanted) -> fovolnet::Result<Self> {
+    fn new(wanted: Wanted) -> Result<Self> {
         Ok(Self { maker: Maker::new(&wanted)?, wanted })
     }
 
     /// Goes on with `wanted`. Returns it if nothing can be kept.
-    fn change(&mut self, wanted: Wanted) -> fovolnet::Result<Option<Wanted>> {
+    fn change(&mut self, wanted: Wanted) -> Result<Option<Wanted>> {
         let old = &self.wanted;
         let is_another = old.speed != wanted.speed
             || old.planning != wanted.planning
@@ -90,7 +97,10 @@ impl Made {
 
 impl Engine {
     /// Renders frame `i`.
-    pub fn render(&mut self, wanted: Wanted, i: u32) -> Result<RenderedFrame, Failure> {
+    ///
+    /// # Errors
+    /// Errors of [`Pipeline::new`] and of [`Pipeline::render`].
+    pub fn render(&mut self, wanted: Wanted, i: u32) -> Result<RenderedFrame> {
         Ok(match self.ready(wanted)? {
             Maker::Fixed(pipeline) => pipeline.render(i)?,
             Maker::Planned(planned) => planned.render(i)?.0,
@@ -98,7 +108,10 @@ impl Engine {
     }
 
     /// Renders frame `i` with every pixel marched and exact shadows.
-    pub fn reference(&mut self, wanted: Wanted, i: u32) -> Result<RenderedFrame, Failure> {
+    ///
+    /// # Errors
+    /// Errors of [`Self::render`].
+    pub fn reference(&mut self, wanted: Wanted, i: u32) -> Result<RenderedFrame> {
         let frame = match self.ready(wanted)? {
             Maker::Fixed(pipeline) => pipeline.reference(i)?,
             Maker::Planned(planned) => planned.reference(i)?,
@@ -107,7 +120,10 @@ impl Engine {
     }
 
     /// Pipeline of the frames that are `wanted`.
-    pub fn pipeline(&mut self, wanted: Wanted) -> Result<&mut Pipeline, Failure> {
+    ///
+    /// # Errors
+    /// Errors of [`Pipeline::new`].
+    pub fn pipeline(&mut self, wanted: Wanted) -> Result<&mut Pipeline> {
         Ok(self.ready(wanted)?.pipeline())
     }
 
@@ -123,7 +139,7 @@ impl Engine {
         self.0 = None;
     }
 
-    fn ready(&mut self, wanted: Wanted) -> Result<&mut Maker, Failure> {
+    fn ready(&mut self, wanted: Wanted) -> Result<&mut Maker> {
         let anew = match &mut self.0 {
             None => Some(wanted),
             Some(made) => match made.change(wanted) {
@@ -133,7 +149,7 @@ impl Engine {
                     if error.is_of_gpu() {
                         self.0 = None;
                     }
-                    return Err(error.into());
+                    return Err(error);
                 }
             },
         };
