@@ -133,8 +133,9 @@ def prepare(job: Job) -> None:
 def connected(arguments: argparse.Namespace) -> Client:
     """A client of a running scheduler, or of workers on this machine. Dask starts each in a new process, never by a fork."""
     if arguments.scheduler:
-        return Client(arguments.scheduler)
-    return Client(n_workers=arguments.workers, threads_per_worker=1, processes=True, dashboard_address=None)
+        return Client(arguments.scheduler)  # type: ignore[no-untyped-call]
+    local = {"n_workers": arguments.workers, "threads_per_worker": 1, "dashboard_address": None}
+    return Client(processes=True, **local)  # type: ignore[no-untyped-call]
 
 
 def render(job: Job, arguments: argparse.Namespace) -> None:
@@ -149,7 +150,7 @@ def render(job: Job, arguments: argparse.Namespace) -> None:
         # Tasks are impure: their result is files, so Dask must not take it from an earlier call.
         tasks = client.map(render_run, runs, pure=False)
         done = 0
-        for task in as_completed(tasks):
+        for task in as_completed(tasks):  # type: ignore[no-untyped-call]
             done += task.result()
             print(f"{done} frames written", flush=True)
 

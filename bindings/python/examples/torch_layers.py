@@ -58,16 +58,17 @@ def taken(points: Tensor, x: Tensor, y: Tensor) -> Tensor:
 def reprojected(points: Tensor, motion: Tensor) -> Tensor:
     """Points of the last frame where they are now.
 
-    A pixel takes the points that come to lie in it: their mean by weight, with the largest weight.
+    A pixel takes the points that come to lie in it: their mean by weight, with the largest weight. Places are found from fractions of
+    pixels alone. Sums with large coordinates would be rounded more, and points at the border of a pixel would fall into another.
     """
     columns, rows = coordinates(points)
-    from_x, from_y = columns + motion[:, :1], rows + motion[:, 1:]
+    whole = motion.round()
+    part = motion - whole
     colours, places = torch.zeros_like(points[:, :3]), torch.zeros_like(points[:, 4:])
     total, largest = torch.zeros_like(points[:, 3:4]), torch.zeros_like(points[:, 3:4])
     for down, right in SQUARE:
-        x, y = from_x.round() + right, from_y.round() + down
-        point = taken(points, x, y)
-        place = torch.cat([x + point[:, 4:5] - from_x, y + point[:, 5:] - from_y], dim=1)
+        point = taken(points, columns + whole[:, :1] + right, rows + whole[:, 1:] + down)
+        place = torch.cat([right + point[:, 4:5] - part[:, :1], down + point[:, 5:] - part[:, 1:]], dim=1)
         is_here = ((place >= -0.5) & (place < 0.5)).all(dim=1, keepdim=True)
         weight = point[:, 3:4] * is_here
         colours, places = colours + point[:, :3] * is_here, places + weight * place
@@ -116,8 +117,8 @@ def spread(known: Tensor) -> tuple[Tensor, Tensor]:
 def confidence(known: Tensor, last: Tensor, smooth: Tensor) -> Tensor:
     """Share of the weight that earlier samples keep: less where the last picture predicts the new samples badly."""
     squares = [(residual(known, picture) ** 2).mean(dim=1, keepdim=True) for picture in (last, enlarged(smooth))]
-    error, own, _ = pull_push(torch.cat([*squares, torch.zeros_like(squares[0]), known[:, 3:]], dim=1), lowest=3).split(1, dim=1)
-    own = own + 1e-6
+    spread_squares = pull_push(torch.cat([*squares, torch.zeros_like(squares[0]), known[:, 3:]], dim=1), lowest=3)
+    error, own = spread_squares[:, :1], spread_squares[:, 1:2] + 1e-6
     return own / (own + 0.5 * (error - 0.25 * own).clamp(min=0))
 
 

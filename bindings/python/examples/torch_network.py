@@ -142,17 +142,18 @@ class TorchReconstructor:
     """A network with its state, called as `fovolnet.Reconstructor` is."""
 
     def __init__(self, name: str) -> None:
-        self.network, self.state = loaded(name), None
+        self.network = loaded(name)
+        self.state: State | None = None
 
     def __call__(self, colours: NDArray[np.float32], mask: NDArray[np.bool_], motion: NDArray[np.float32] | None) -> NDArray[np.float32]:
         """The next frame: float32 of shape (height, width, 3)."""
         height, width = mask.shape
-        motion = np.zeros((height, width, 2), np.float32) if motion is None else motion
-        inputs = [self.padded(colours * mask[..., None]), self.padded(mask[..., None].astype(np.float32)), self.padded(motion)]
+        motion = np.zeros((height, width, 2), colours.dtype) if motion is None else motion
+        inputs = [self.padded(colours * mask[..., None]), self.padded(mask[..., None].astype(colours.dtype)), self.padded(motion)]
         if self.state is None:
             self.state = self.network.start(*inputs[0].shape[-2:])
         picture, self.state = self.network(*inputs, self.state)
-        return picture[0, :, :height, :width].clamp(0, 1).permute(1, 2, 0).numpy()
+        return np.asarray(picture[0, :, :height, :width].clamp(0, 1).permute(1, 2, 0))
 
     def padded(self, image: NDArray[np.float32]) -> Tensor:
         """The tensor of a picture, whose border is repeated until the network can halve its sides."""
