@@ -100,12 +100,18 @@ def tensor(images: list[np.ndarray[Any, Any]]) -> Tensor:
     return torch.from_numpy(np.stack(images)).float().permute(0, 3, 1, 2).contiguous()
 
 
+def square_means(image: Tensor, size: int) -> Tensor:
+    """Means of size x size pixels around each pixel, zeros beyond the border: columns first, then rows."""
+    half = size // 2
+    return F.avg_pool2d(F.avg_pool2d(image, (size, 1), 1, (half, 0)), (1, size), 1, (0, half))
+
+
 def nearest_means(colours: Tensor, mask: Tensor) -> Tensor:
     """A trivial reconstruction: each pixel is the mean of the samples in the smallest square around it that has one."""
     filled, known = colours, mask
     for size in (3, 5, 9, 17, 33, 65, 129):
-        share = F.avg_pool2d(mask, size, 1, size // 2)
-        mean = F.avg_pool2d(colours, size, 1, size // 2) / share.clamp(min=1e-9)
+        share = square_means(mask, size)
+        mean = square_means(colours, size) / share.clamp(min=1e-9)
         is_new = (known == 0) & (share > 0)
         filled, known = torch.where(is_new, mean, filled), torch.where(is_new, 1.0, known)
     return filled
