@@ -240,7 +240,7 @@ class Scene:
         if return_sparse:
             settings.setdefault("sampling", "sparse")
         along = {} if path is None else {"path": os.fspath(path)}
-        first = int(settings.get("first_frame", self.settings.get("first_frame", 0)))
+        first = int(settings.get("first_frame", self.settings.get("first_frame")) or 0)
         for i in range(n):
             with self._lock:
                 renderer, given = self._prepared({"frames": n, **self._of_clips(settings), **along}, is_path=path is not None)
