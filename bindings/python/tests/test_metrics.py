@@ -60,6 +60,10 @@ def test_sparse_frames_of_others_are_filled(scan) -> None:
         filled = fv.Reconstructor(weights)(full, mask)
         assert filled.shape == (64, 96, 3) and filled.dtype == np.float32
         assert fv.metrics.psnr(full, filled) > 25.0, weights
+    exact, coarse = (fv.Reconstructor("wnet-fast", precision=precision)(full, mask) for precision in ("f32", "int8"))
+    assert fv.metrics.psnr(exact, coarse) > 30.0 and not np.array_equal(exact, coarse)
+    with pytest.raises(ValueError, match="precision"):
+        fv.Reconstructor("wnet-fast", precision="exact")(full, mask)
 
 
 def test_networks_are_written_for_other_programs(tmp_path: Path) -> None:

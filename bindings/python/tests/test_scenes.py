@@ -130,6 +130,16 @@ def test_clips_have_everything_that_belongs_to_their_frames(scan) -> None:
     assert frame.motion.shape == (64, 96, 2) and frame.motion.dtype == np.float32
 
 
+def test_clips_begin_at_any_frame(scan) -> None:
+    scene = scene_of(scan, reconstruct="none")
+    for sampling in ("full", "sparse"):
+        whole = list(scene.frames(6, sampling=sampling))
+        part = list(scene.frames(2, frames=6, first_frame=3, sampling=sampling))
+        assert [frame.index for frame in part] == [3, 4]
+        for frame, expected in zip(part, whole[3:5], strict=True):
+            assert np.array_equal(frame.mask, expected.mask) and np.array_equal(frame.image, expected.image)
+
+
 def test_clips_go_along_with_the_camera_of_the_scene(scan) -> None:
     scene = scene_of(scan)
     images = []

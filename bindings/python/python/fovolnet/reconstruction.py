@@ -17,10 +17,14 @@ class Reconstructor:
     ----------
     weights : str
         ``"wnet-fast"``, ``"wnet-paper"``, ``"deepfovea-fvn"``, a file of weights; or ``"linear"`` or ``"pull-push"``, which need none.
+    **settings
+        Flags of the command line with ``_`` for ``-``, such as ``precision="f32"``: some processors multiply numbers of 16 bits, if this
+        is left out.
     """
 
-    def __init__(self, weights: str = "wnet-fast") -> None:
+    def __init__(self, weights: str = "wnet-fast", **settings: Any) -> None:
         self.weights = weights
+        self.settings = settings
         self._native: _native.Reconstructor | None = None
         self._size: tuple[int, int] | None = None
 
@@ -49,8 +53,8 @@ class Reconstructor:
         height, width = colours.shape[:2]
         if self._size != (width, height):
             is_fill = self.weights in ("linear", "pull-push")
-            settings = {"reconstruct": self.weights} if is_fill else {"weights": self.weights}
-            self._native = _native.Reconstructor(width, height, settings_json(settings))
+            how = {"reconstruct": self.weights} if is_fill else {"weights": self.weights}
+            self._native = _native.Reconstructor(width, height, settings_json({**self.settings, **how}))
             self._size = (width, height)
         way = None if motion is None else np.ascontiguousarray(motion, dtype=np.float32)
         assert self._native is not None

@@ -230,7 +230,8 @@ class Scene:
             March few pixels, and find the motion of all. Frames then have ``sparse``, ``mask`` and ``motion``.
         **settings
             Settings of the clip, such as ``sampling="sparse"`` for few pixels, from which a network makes the frame. Every pixel is
-            marched, if neither these nor `Scene.settings` say otherwise.
+            marched, if neither these nor `Scene.settings` say otherwise. ``first_frame`` is the number of the first frame, and ``frames``
+            the length of the path, if it is not ``n``: ``frames(10, frames=100, first_frame=40)`` is a part of ``frames(100)``.
 
         Yields
         ------
@@ -239,12 +240,13 @@ class Scene:
         if return_sparse:
             settings.setdefault("sampling", "sparse")
         along = {} if path is None else {"path": os.fspath(path)}
+        first = int(settings.get("first_frame", self.settings.get("first_frame")) or 0)
         for i in range(n):
             with self._lock:
                 renderer, given = self._prepared({"frames": n, **self._of_clips(settings), **along}, is_path=path is not None)
                 if i == 0:
                     renderer.reset()
-                frame = renderer.render(given, i, None, return_sparse)
+                frame = renderer.render(given, first + i, None, return_sparse)
             yield frame
 
     def turntable(
