@@ -97,7 +97,13 @@ impl Frame {
     #[getter]
     fn times<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let times = PyDict::new(py);
-        for (stage, ms) in self.0.timings.finer().into_iter().chain([("total", self.0.timings.total)]) {
+        for (stage, ms) in self
+            .0
+            .timings
+            .finer()
+            .into_iter()
+            .chain([("plan", self.0.timings.plan), ("total", self.0.timings.total)])
+        {
             times.set_item(stage, ms)?;
         }
         Ok(times)

@@ -1,4 +1,4 @@
-"""What the tests share: an asymmetric volume, small pictures, and those of the command line."""
+"""What the tests share: an asymmetric volume, and pictures of the command line."""
 
 from __future__ import annotations
 
@@ -12,12 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import fovolnet as fv
-from fovolnet.show import OF_VOLUME
-
-#: Size of pictures.
-SIZE = (96, 64)
-
 
 @pytest.fixture
 def scan() -> np.ndarray[Any, Any]:
@@ -25,14 +19,6 @@ def scan() -> np.ndarray[Any, Any]:
     z, y, x = np.mgrid[0:20, 0:24, 0:32]
     ball = np.clip(9.0 - np.sqrt((z - 8.0) ** 2 + (y - 10.0) ** 2 + (x - 12.0) ** 2), 0.0, 9.0)
     return np.asarray(100.0 * ball + 3.0 * x + (y > 18) * 400.0, np.int16)
-
-
-def picture(data: object, **options: Any) -> np.ndarray[Any, Any]:
-    """The picture of ``data`` on the processor."""
-    of_volume = {name: options.pop(name) for name in OF_VOLUME if name in options}
-    with fv.Scene(size=SIZE, device="cpu", **options) as scene:
-        scene.add_volume(data, **of_volume)
-        return scene.render()
 
 
 @pytest.fixture

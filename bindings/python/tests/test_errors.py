@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import picture
+from small_pictures import picture
 
 import fovolnet as fv
 

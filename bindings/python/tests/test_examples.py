@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import SIZE
+from small_pictures import SIZE
 
 import fovolnet as fv
 

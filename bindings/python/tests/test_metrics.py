@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import picture
+from small_pictures import picture
 
 import fovolnet as fv
 

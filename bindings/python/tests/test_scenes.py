@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import SIZE, picture
+from small_pictures import SIZE, picture
 
 import fovolnet as fv
 
@@ -154,6 +154,19 @@ def test_the_gaze_moves_the_fovea(scan) -> None:
     scene = scene_of(scan, sampling="compact", sigma=0.1)
     left, right = (scene.render_frame(gaze=(x, 0.5)).mask for x in (0.2, 0.8))
     assert left[:, :32].sum() > 2 * right[:, :32].sum()
+
+
+def test_frames_can_be_planned_within_a_budget(scan) -> None:
+    scene = scene_of(scan, shadows=True)
+    exact = scene.render()
+    frames = list(scene.frames(4, path=None, budget=200.0))
+    assert all(frame.shape == (64, 96) and frame.mask.shape == (64, 96) for frame in frames)
+    assert fv.metrics.psnr(exact, frames[-1].image) > 25.0 and frames[-1].times["plan"] > 0.0
+    assert np.array_equal(scene.render(), exact)
+    with pytest.raises(ValueError, match="budget"):
+        scene.render_frame(budget=-1.0)
+    with pytest.raises(ValueError, match="transparent"):
+        scene.render_frame(quality="auto", transparent=True)
 
 
 def test_turntables_are_written(scan, tmp_path: Path) -> None:

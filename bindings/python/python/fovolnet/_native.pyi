@@ -127,7 +127,7 @@ class FrameProducer:
         """
         The current picture: its bytes as `jpeg`, `png` or `raw` (RGBA), its width and its height.
         """
-    def go_to(self, /, camera: tuple[SupportsLenAndGetItem[SupportsFloat | SupportsIndex], SupportsLenAndGetItem[SupportsFloat | SupportsIndex], SupportsFloat | SupportsIndex], size: tuple[SupportsIndex, SupportsIndex], gaze: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex] = (0.5, 0.5), budget: SupportsFloat | SupportsIndex = 80.0) -> dict[str, Any]:
+    def go_to(self, /, camera: tuple[SupportsLenAndGetItem[SupportsFloat | SupportsIndex], SupportsLenAndGetItem[SupportsFloat | SupportsIndex], SupportsFloat | SupportsIndex], size: tuple[SupportsIndex, SupportsIndex], gaze: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex] = ..., budget: SupportsFloat | SupportsIndex = 80.0) -> dict[str, Any]:
         """
         Makes a picture of a view in motion in about `budget` milliseconds, at most as large as `size`. `gaze` is a place of the
         picture, 0 to 1 from the top left. Returns a dict: width, height, way, ms, and share, 1 for the full frame.
@@ -137,7 +137,7 @@ class FrameProducer:
         """
         The current picture: uint8 of shape (height, width, 3).
         """
-    def refine(self, /, gaze: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex] = (0.5, 0.5), ms: SupportsFloat | SupportsIndex = 70.0) -> float:
+    def refine(self, /, gaze: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex] = ..., ms: SupportsFloat | SupportsIndex = 70.0) -> float:
         """
         Works about `ms` milliseconds on the full frame of the last view, around `gaze` first. Returns the share that is done; the
         picture of share 1 equals that of a `Renderer`.
@@ -220,10 +220,10 @@ class Renderer:
         """
         Frame `i` with every pixel marched and exact shadows: float32 of shape (height, width, 4).
         """
-    def render(self, /, settings: str, i: SupportsIndex = 0, gaze: SupportsLenAndGetItem[SupportsFloat | SupportsIndex] | None = None, motion: bool = False) -> Frame:
+    def render(self, /, settings: str, i: SupportsIndex = 0, motion: bool = False) -> Frame:
         """
-        Renders frame `i`, seen by the camera of the settings or along their path; `gaze` is where the eye looks, as fractions of the
-        frame from its top left. Frames have the motion of their pixels where `motion` is true.
+        Renders frame `i`, seen by the camera of the settings or along their path. Frames have the motion of their pixels where
+        `motion` is true.
         """
     def reset(self, /) -> None:
         """

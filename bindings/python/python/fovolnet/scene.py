@@ -209,10 +209,11 @@ class Scene:
         -------
         Frame
         """
-        where = None if gaze is None else (float(gaze[0]), float(gaze[1]))
+        if gaze is not None:
+            settings["gaze"] = gaze
         with self._lock:
             renderer, given = self._prepared(settings)
-            return renderer.render(given, 0, where)
+            return renderer.render(given)
 
     def frames(
         self, n: int = 100, path: str | os.PathLike[str] | None = "turntable", *, return_sparse: bool = False, **settings: Any
@@ -246,7 +247,7 @@ class Scene:
                 renderer, given = self._prepared({"frames": n, **self._of_clips(settings), **along}, is_path=path is not None)
                 if i == 0:
                     renderer.reset()
-                frame = renderer.render(given, first + i, None, return_sparse)
+                frame = renderer.render(given, first + i, return_sparse)
             yield frame
 
     def turntable(

@@ -12,6 +12,9 @@ def settings_json(settings: Mapping[str, Any]) -> str:
     given = {name.replace("_", "-"): plain(value) for name, value in settings.items() if value is not None}
     if isinstance(given.get("size"), str):
         given["size"] = [int(side) for side in given["size"].split("x")]
+    gaze = given.get("gaze")
+    if isinstance(gaze, list) and len(gaze) == 2:
+        given["gaze"] = f"{float(gaze[0])},{float(gaze[1])}"
     return json.dumps(given)
 
 

@@ -8,7 +8,10 @@ from typing import Any
 
 import lab
 import numpy as np
-from selenium.webdriver import ActionChains, Keys
+import pytest
+
+webdriver = pytest.importorskip("selenium.webdriver", reason="tests in a browser need selenium; pip install selenium")
+ActionChains, Keys = webdriver.ActionChains, webdriver.Keys
 
 SCENE = """
 import fovolnet as fv
