@@ -1,4 +1,4 @@
-//! What NumPy arrays do not say about the volume in them.
+//! Facts about a volume that its NumPy array does not hold.
 
 use crate::errors::wrong;
 use fovolnet::core::{Contents, Placement, Rescale, Result, Space, Volume};
