@@ -1,6 +1,6 @@
 //! Refinement of a resting view to the full frame.
 
-use fovolnet::core::{Camera, Fovea, Frame, SampleMask};
+use fovolnet::core::{Camera, Fovea, Frame, SampleList, SampleMask};
 use fovolnet::render::cpu;
 use fovolnet::render::noise::Noise;
 use fovolnet::{Pipeline, RenderSettings, Result};
@@ -21,6 +21,10 @@ pub struct Refinement {
 
 /// Share of the pixels in the first piece, before their cost is known.
 const FIRST_SHARE: f64 = 0.02;
+/// Least share of the pixels in a piece.
+const LEAST_SHARE: f64 = 0.004;
+/// Steps of the search for the level of a piece.
+const HALVINGS: usize = 5;
 /// Standard deviation of the region around the gaze that is refined first, in widths of the picture.
 const SIGMA: f64 = 0.12;
 
@@ -39,22 +43,21 @@ impl Refinement {
     pub fn advance(&mut self, pipeline: &mut Pipeline, gaze: [f64; 2], ms: f64) -> Result<()> {
         let pixels = self.picture.size().pixels() as f64;
         let fitting = if self.pixel_ms > 0.0 { ms / self.pixel_ms / pixels } else { FIRST_SHARE };
-        let share = (self.measured.density() + fitting).min(1.0);
+        // Where other programs hold a piece up, its pixels seem to take long.
+        let mut piece = fitting.max(LEAST_SHARE);
         let list = loop {
-            // Around the gaze more pixels are due than the level says, so levels rise until there are enough.
-            self.level = if share >= 1.0 { 1.0 } else { self.level.max(0.5 * share) + 0.25 * fitting };
-            let mut wanted = self.due(gaze);
-            let due = wanted.density();
-            for (word, measured) in wanted.words_mut().iter_mut().zip(self.measured.words()) {
-                *word &= !measured;
+            let share = (self.measured.density() + piece).min(1.0);
+            self.level = self.level_of(gaze, share);
+            let list = self.missing(gaze);
+            if !list.is_empty() {
+                break list;
             }
-            if self.level >= 1.0 || due >= share {
-                break cpu::compact(&wanted);
+            if self.level >= 1.0 {
+                return Ok(());
             }
+            // The noise has fewer levels than the picture has pixels.
+            piece *= 2.0;
         };
-        if list.is_empty() {
-            return Ok(());
-        }
         let started = Instant::now();
         let marched = pipeline.march(&self.camera, &list)?;
         let ms = started.elapsed().as_secs_f64() * 1e3 / list.len() as f64;
@@ -68,14 +71,37 @@ impl Refinement {
         Ok(())
     }
 
-    /// Pixels that should be marched by now.
-    fn due(&self, gaze: [f64; 2]) -> SampleMask {
+    /// Least level at which `share` of the pixels are due, about.
+    fn level_of(&self, gaze: [f64; 2], share: f64) -> f64 {
+        if share >= 1.0 {
+            return 1.0;
+        }
+        // Around the gaze more pixels are due than the level says.
+        let (mut low, mut high) = (self.level.min(share), share);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if self.due(gaze, middle).density() < share { low = middle } else { high = middle }
+        }
+        high
+    }
+
+    /// Pixels that are due and not yet marched.
+    fn missing(&self, gaze: [f64; 2]) -> SampleList {
+        let mut wanted = self.due(gaze, self.level);
+        for (word, measured) in wanted.words_mut().iter_mut().zip(self.measured.words()) {
+            *word &= !measured;
+        }
+        cpu::compact(&wanted)
+    }
+
+    /// Pixels that are due at `level`.
+    fn due(&self, gaze: [f64; 2], level: f64) -> SampleMask {
         let size = self.picture.size();
-        if self.level >= 1.0 {
+        if level >= 1.0 {
             return SampleMask::full(size);
         }
-        let sigma = SIGMA * self.level.sqrt();
-        cpu::mask(&Fovea { base: self.level, sigma, gaze }, size, &self.noise, 0)
+        let sigma = SIGMA * level.sqrt();
+        cpu::mask(&Fovea { base: level, sigma, gaze }, size, &self.noise, 0)
     }
 
     /// The picture so far.

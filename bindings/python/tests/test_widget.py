@@ -105,6 +105,12 @@ def test_a_producer_rests_at_the_full_frame(scene: fv.Scene) -> None:
         shares.append(producer.refine((0.2, 0.2), 0.5))
         assert len(shares) < 10000
     assert shares == sorted(shares) and len(shares) > 2
+    # However long pixels seem to take, there are few pieces.
+    producer.go_to(view, SIZE, (0.5, 0.5), 0.01)
+    pieces = 1
+    while producer.refine((0.5 + 0.3 * np.sin(pieces), 0.5), 1e-9) < 1.0:
+        pieces += 1
+    assert pieces <= 300
     assert np.array_equal(producer.image, scene.render())
 
 
