@@ -25,7 +25,7 @@ def scene() -> Iterator[fv.Scene]:
         yield scene
 
 
-def until(condition: Callable[[], Any], seconds: float = 20.0) -> Any:
+def until(condition: Callable[[], Any], seconds: float = 60.0) -> Any:
     end = time.monotonic() + seconds
     while not (value := condition()):
         assert time.monotonic() < end, "nothing comes"
