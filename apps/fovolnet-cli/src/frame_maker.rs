@@ -1,18 +1,17 @@
-//! Frames of a picture: as the settings say, or planned.
+//! Frames of a picture: as the settings say, or planned; of one volume, or of a clip over time.
 
 use anyhow::{Result, ensure};
 use fovolnet::core::{Camera, Frame};
 use fovolnet::{
-    FramePlan, Freedom, Guide, Limit, Machine, OpenVolume, Pipeline, PlannedFrames, PlannedPipeline,
-    RenderSettings, RenderedFrame, SpeedSettings, TimeClip,
+    FramePlan, Freedom, Guide, Limit, Machine, OpenVolume, Pipeline, PlannedFrames, RenderSettings,
+    RenderedFrame, SpeedSettings, TimeClip,
 };
 
-/// Pipeline of frames, planned or not.
-pub enum FrameMaker {
-    /// Frames as the settings say, and the volumes of a clip over time.
-    Fixed(Box<Pipeline>, Option<Box<TimeClip>>),
-    /// Frames as a planner says.
-    Planned(Box<PlannedPipeline>),
+/// Makes the frames of a command.
+pub struct FrameMaker {
+    maker: fovolnet::FrameMaker,
+    /// Volumes of a clip over time.
+    clip: Option<TimeClip>,
 }
 
 /// Freedom and limit of a planner, and its earlier choices.
@@ -32,49 +31,34 @@ impl FrameMaker {
         clip: Option<TimeClip>,
         speed: &SpeedSettings,
     ) -> Result<Self> {
-        let Some(&Planning { freedom, limit, saved }) = planning else {
-            let pipeline = Pipeline::new(opened, settings, speed)?;
-            return Ok(Self::Fixed(Box::new(pipeline), clip.map(Box::new)));
-        };
         ensure!(
-            clip.is_none(),
+            planning.is_none() || clip.is_none(),
             "a clip over time has no planner; leave out --budget and --quality, or choose one --time"
         );
-        let mut planned = PlannedPipeline::new(opened, (settings, freedom), limit, speed)?;
-        planned.follow(saved)?;
-        Ok(Self::Planned(Box::new(planned)))
+        let bounds = planning.map(|planning| (planning.limit, planning.freedom));
+        let mut maker = fovolnet::FrameMaker::new(opened, settings, bounds, speed)?;
+        if let (fovolnet::FrameMaker::Planned(planned), Some(planning)) = (&mut maker, planning) {
+            planned.follow(planning.saved)?;
+        }
+        Ok(Self { maker, clip })
     }
 
     /// Pipeline that makes the frames.
     pub fn pipeline(&mut self) -> &mut Pipeline {
-        match self {
-            Self::Fixed(pipeline, _) => pipeline,
-            Self::Planned(planned) => planned.pipeline(),
-        }
+        self.maker.pipeline()
     }
 
     /// Renders frame `i`; also returns how it was planned.
     pub fn render(&mut self, i: u32) -> Result<(RenderedFrame, Option<FramePlan>)> {
-        Ok(match self {
-            Self::Fixed(pipeline, clip) => {
-                if let Some(volume) = clip.as_mut().map(|clip| clip.volume_of(i)).transpose()?.flatten() {
-                    pipeline.show(&volume)?;
-                }
-                (pipeline.render(i)?, None)
-            }
-            Self::Planned(planned) => {
-                let (rendered, plan) = planned.render(i)?;
-                (rendered, Some(plan))
-            }
-        })
+        if let Some(volume) = self.clip.as_mut().map(|clip| clip.volume_of(i)).transpose()?.flatten() {
+            self.pipeline().show(&volume)?;
+        }
+        Ok(self.maker.render(i)?)
     }
 
     /// Reference of frame `i`.
     pub fn reference(&mut self, i: u32) -> Result<Frame> {
-        Ok(match self {
-            Self::Fixed(pipeline, _) => pipeline.reference(i)?,
-            Self::Planned(planned) => planned.reference(i)?,
-        })
+        Ok(self.maker.reference(i)?)
     }
 
     /// Camera of frame `i`, in the space of the volume's box.
@@ -85,18 +69,15 @@ impl FrameMaker {
 
     /// Guide of the frames; of planned ones, that of the settings.
     pub fn guide(&self, settings: &RenderSettings) -> Guide {
-        match self {
-            Self::Fixed(pipeline, _) => pipeline.guide(),
-            Self::Planned(_) => settings.guide_kind(),
+        match &self.maker {
+            fovolnet::FrameMaker::Fixed(pipeline) => pipeline.guide(),
+            fovolnet::FrameMaker::Planned(_) => settings.guide_kind(),
         }
     }
 
     /// Choices of the frames so far.
     pub fn plans(&self) -> &[PlannedFrames] {
-        match self {
-            Self::Fixed(..) => &[],
-            Self::Planned(planned) => planned.plans(),
-        }
+        self.maker.plans()
     }
 
     /// The machine as it is used.

@@ -2,8 +2,7 @@
 //!
 //! Objects have pending and committed parameters, like those of ANARI. Frames use committed ones.
 
-// The top of the header has the rules for all pointers.
-#![allow(clippy::missing_safety_doc)]
+#![expect(clippy::missing_safety_doc, reason = "the top of the header has the rules for all pointers")]
 
 mod boundary;
 mod camera;

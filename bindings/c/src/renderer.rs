@@ -77,6 +77,25 @@ unsafe fn of<'a>(handle: *const FovolnetRenderer) -> Result<&'a FovolnetRenderer
     unsafe { object(handle, "renderer", MAKER) }
 }
 
+/// Lets the pending parameters of `renderer` keep the object behind `handle`, or none for null, by `put`.
+///
+/// # Safety
+/// Both handles are null, or were handed out and not released.
+unsafe fn keep<T>(
+    renderer: *mut FovolnetRenderer,
+    handle: *const T,
+    put: impl FnOnce(&mut Parameters, Option<Arc<T>>),
+) -> FovolnetStatus {
+    call(|| {
+        // SAFETY: the caller promises it.
+        let (renderer, object) = unsafe { (of(renderer)?, shared(handle)) };
+        renderer.parameters.set(|pending| {
+            put(pending, object);
+            Ok(())
+        })
+    })
+}
+
 /// Makes a renderer with the defaults of the command line. Give the handle to fovolnet_renderer_release in the end.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fovolnet_renderer_new(renderer: *mut *mut FovolnetRenderer) -> FovolnetStatus {
@@ -180,14 +199,8 @@ pub unsafe extern "C" fn fovolnet_renderer_set_volume(
     renderer: *mut FovolnetRenderer,
     volume: *const FovolnetVolume,
 ) -> FovolnetStatus {
-    call(|| {
-        // SAFETY: see the rules at the top of the header.
-        let (renderer, volume) = unsafe { (of(renderer)?, shared(volume)) };
-        renderer.parameters.set(|pending| {
-            pending.volume = volume;
-            Ok(())
-        })
-    })
+    // SAFETY: see the rules at the top of the header.
+    unsafe { keep(renderer, volume, |pending, volume| pending.volume = volume) }
 }
 
 /// Sets the transfer function; NULL for that of the flag "tf". The renderer keeps it, so its handle may be released.
@@ -196,14 +209,12 @@ pub unsafe extern "C" fn fovolnet_renderer_set_transfer_function(
     renderer: *mut FovolnetRenderer,
     transfer_function: *const FovolnetTransferFunction,
 ) -> FovolnetStatus {
-    call(|| {
-        // SAFETY: see the rules at the top of the header.
-        let (renderer, function) = unsafe { (of(renderer)?, shared(transfer_function)) };
-        renderer.parameters.set(|pending| {
-            pending.transfer_function = function;
-            Ok(())
+    // SAFETY: see the rules at the top of the header.
+    unsafe {
+        keep(renderer, transfer_function, |pending, transfer_function| {
+            pending.transfer_function = transfer_function
         })
-    })
+    }
 }
 
 /// Sets the camera; NULL for that of the flags "camera", "path", "view", "turn" and "projection". The renderer keeps it, so its
@@ -213,14 +224,8 @@ pub unsafe extern "C" fn fovolnet_renderer_set_camera(
     renderer: *mut FovolnetRenderer,
     camera: *const FovolnetCamera,
 ) -> FovolnetStatus {
-    call(|| {
-        // SAFETY: see the rules at the top of the header.
-        let (renderer, camera) = unsafe { (of(renderer)?, shared(camera)) };
-        renderer.parameters.set(|pending| {
-            pending.camera = camera;
-            Ok(())
-        })
-    })
+    // SAFETY: see the rules at the top of the header.
+    unsafe { keep(renderer, camera, |pending, camera| pending.camera = camera) }
 }
 
 /// Sets the light; NULL for that of the flag "light". The renderer keeps it, so its handle may be released.
@@ -229,14 +234,8 @@ pub unsafe extern "C" fn fovolnet_renderer_set_light(
     renderer: *mut FovolnetRenderer,
     light: *const FovolnetLight,
 ) -> FovolnetStatus {
-    call(|| {
-        // SAFETY: see the rules at the top of the header.
-        let (renderer, light) = unsafe { (of(renderer)?, shared(light)) };
-        renderer.parameters.set(|pending| {
-            pending.light = light;
-            Ok(())
-        })
-    })
+    // SAFETY: see the rules at the top of the header.
+    unsafe { keep(renderer, light, |pending, light| pending.light = light) }
 }
 
 /// Sets whether sparse frames have motion even if no network uses it: 0 or 1. Frames with every pixel marched never have it.

@@ -7,8 +7,8 @@ use crate::volume::Volume;
 use fovolnet::core::{Camera, Fovea, Frame, FrameSize, ShadowMode, stop};
 use fovolnet::io::image::resized;
 use fovolnet::{
-    Candidate, Device, Error, Freedom, Limit, MadeFrame, OpenVolume, Pipeline, Planner, RenderSettings,
-    Sampling, Shown, SpeedSettings, Viewpoint, Way, WorldBox, camera_path, scene,
+    Candidate, Error, Freedom, Limit, MadeFrame, OpenVolume, Pipeline, Planner, RenderSettings, Sampling,
+    Shown, SpeedSettings, Viewpoint, Way, WorldBox, camera_path, scene,
 };
 use numpy::PyArray3;
 use pyo3::prelude::*;
@@ -177,9 +177,8 @@ impl FrameProducer {
     #[new]
     #[pyo3(signature = (volume, settings = "{}", device = None, threads = None))]
     fn new(volume: &Volume, settings: &str, device: Option<&str>, threads: Option<usize>) -> PyResult<Self> {
-        let device = device.map(|device| device.parse::<Device>().map_err(wrong)).transpose()?;
         let (asked, freedom) = of_views(settings)?;
-        let speed = SpeedSettings { device, threads, ..SpeedSettings::default() };
+        let speed = settings::of_speed(device, threads)?;
         let volume = volume.opened.clone();
         let planner = Planner::new();
         let state =

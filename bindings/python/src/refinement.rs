@@ -1,22 +1,18 @@
 //! Refinement of a resting view to the full frame.
 
-use fovolnet::core::{Camera, Fovea, Frame, SampleList, SampleMask};
+use fovolnet::core::{Camera, Fovea, Frame, SampleMask};
 use fovolnet::render::cpu;
 use fovolnet::render::noise::Noise;
-use fovolnet::{Pipeline, RenderSettings, Result};
-use std::time::Instant;
+use fovolnet::{PiecedPicture, Pipeline, RenderSettings, Result};
 
 /// A picture whose pixels are marched in the order of blue noise, around the gaze first, until all are. The last picture equals
 /// a frame with every pixel marched.
 pub struct Refinement {
     camera: Camera,
     noise: Noise,
-    picture: Frame,
-    measured: SampleMask,
+    picture: PiecedPicture,
     /// Density below which all pixels are marched.
     level: f64,
-    /// Milliseconds per pixel.
-    pixel_ms: f64,
 }
 
 /// Share of the pixels in the first piece, before their cost is known.
@@ -32,8 +28,9 @@ impl Refinement {
     /// Starts with `picture`, an approximation of the full frame from `camera` that `settings` ask for.
     pub fn new(settings: &RenderSettings, camera: Camera, picture: Frame) -> Self {
         let measured = SampleMask::none(picture.size());
+        let picture = PiecedPicture::new(picture, measured, 0.0);
         let noise = Noise::new(settings.noise, settings.seed);
-        Self { camera, noise, picture, measured, level: 0.0, pixel_ms: 0.0 }
+        Self { camera, noise, picture, level: 0.0 }
     }
 
     /// Marches about as many pixels as `ms` milliseconds allow, near `gaze` first. The pipeline has the asked size and shadows.
@@ -41,14 +38,15 @@ impl Refinement {
     /// # Errors
     /// A lost device.
     pub fn advance(&mut self, pipeline: &mut Pipeline, gaze: [f64; 2], ms: f64) -> Result<()> {
-        let pixels = self.picture.size().pixels() as f64;
-        let fitting = if self.pixel_ms > 0.0 { ms / self.pixel_ms / pixels } else { FIRST_SHARE };
+        let pixels = self.picture.frame().size().pixels() as f64;
+        let pixel_ms = self.picture.pixel_ms();
+        let fitting = if pixel_ms > 0.0 { ms / pixel_ms / pixels } else { FIRST_SHARE };
         // Where other programs hold a piece up, its pixels seem to take long.
         let mut piece = fitting.max(LEAST_SHARE);
         let list = loop {
-            let share = (self.measured.density() + piece).min(1.0);
+            let share = (self.picture.measured().density() + piece).min(1.0);
             self.level = self.level_of(gaze, share);
-            let list = self.missing(gaze);
+            let list = self.picture.missing(self.due(gaze, self.level));
             if !list.is_empty() {
                 break list;
             }
@@ -58,17 +56,7 @@ impl Refinement {
             // The noise has fewer levels than the picture has pixels.
             piece *= 2.0;
         };
-        let started = Instant::now();
-        let marched = pipeline.march(&self.camera, &list)?;
-        let ms = started.elapsed().as_secs_f64() * 1e3 / list.len() as f64;
-        self.pixel_ms = if self.pixel_ms > 0.0 { 0.5 * (self.pixel_ms + ms) } else { ms };
-        let width = self.picture.size().width;
-        for (pixel, marched) in list.pixels().iter().zip(marched) {
-            let [r, g, b] = marched.colour;
-            self.picture.pixels_mut()[pixel.index(width)] = [r, g, b, 1.0];
-            self.measured.set(pixel.x.into(), pixel.y.into());
-        }
-        Ok(())
+        self.picture.take(&list, |list| pipeline.march(&self.camera, list))
     }
 
     /// Least level at which `share` of the pixels are due, about.
@@ -85,18 +73,9 @@ impl Refinement {
         high
     }
 
-    /// Pixels that are due and not yet marched.
-    fn missing(&self, gaze: [f64; 2]) -> SampleList {
-        let mut wanted = self.due(gaze, self.level);
-        for (word, measured) in wanted.words_mut().iter_mut().zip(self.measured.words()) {
-            *word &= !measured;
-        }
-        cpu::compact(&wanted)
-    }
-
     /// Pixels that are due at `level`.
     fn due(&self, gaze: [f64; 2], level: f64) -> SampleMask {
-        let size = self.picture.size();
+        let size = self.picture.frame().size();
         if level >= 1.0 {
             return SampleMask::full(size);
         }
@@ -106,11 +85,11 @@ impl Refinement {
 
     /// The picture so far.
     pub fn picture(&self) -> &Frame {
-        &self.picture
+        self.picture.frame()
     }
 
     /// Share of the pixels that are marched, 0 to 1.
     pub fn share(&self) -> f64 {
-        if self.level >= 1.0 { 1.0 } else { self.measured.density() }
+        if self.level >= 1.0 { 1.0 } else { self.picture.measured().density() }
     }
 }

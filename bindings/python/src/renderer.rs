@@ -1,11 +1,11 @@
-use crate::errors::{raised, wrong};
+use crate::errors::raised;
 use crate::frame::Frame;
 use crate::interrupts::interruptible;
 use crate::pictures::{picture, plane};
 use crate::settings;
 use crate::volume::Volume;
 use fovolnet::core::{Pixel, SampleList};
-use fovolnet::{Device, Engine, Freedom, OpenVolume, SpeedSettings, Wanted};
+use fovolnet::{Engine, Freedom, OpenVolume, SpeedSettings, Wanted};
 use numpy::{PyArray2, PyArray3};
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -63,8 +63,7 @@ impl Renderer {
     #[new]
     #[pyo3(signature = (volume, device = None, threads = None))]
     fn new(volume: &Volume, device: Option<&str>, threads: Option<usize>) -> PyResult<Self> {
-        let device = device.map(|device| device.parse::<Device>().map_err(wrong)).transpose()?;
-        let speed = SpeedSettings { device, threads, ..SpeedSettings::default() };
+        let speed = settings::of_speed(device, threads)?;
         let state = State { volume: Arc::new(volume.opened.clone()), engine: Engine::default() };
         Ok(Self { state: Mutex::new(state), speed })
     }
@@ -82,8 +81,8 @@ impl Renderer {
         self.with(py, settings, motion, |engine, wanted| engine.render(wanted, i)).map(Frame)
     }
 
-    /// Distance of every pixel of frame `i` from the eye, along its ray, to where its opacity passes one half: float32 of shape
-    /// (height, width), in world units; infinite where it never does.
+    /// Distance of every pixel of frame `i` from the eye, along its ray, to where its opacity passes one half; where it
+    /// never does, the mean distance of what shows: float32 of shape (height, width), in world units; infinite where nothing shows.
     #[pyo3(signature = (settings, i = 0))]
     fn depth<'py>(&self, py: Python<'py>, settings: &str, i: u32) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let (size, depths) = self.with(py, settings, false, |engine, wanted| {

@@ -1,7 +1,7 @@
 //! Settings from JSON with the names of the command line's flags.
 
 use crate::errors::{raised, wrong};
-use fovolnet::{RenderOverrides, RenderSettings, VolumeSettings};
+use fovolnet::{RenderOverrides, RenderSettings, SpeedSettings, VolumeSettings};
 use pyo3::PyResult;
 use serde::de::DeserializeOwned;
 
@@ -13,6 +13,12 @@ pub fn of_pictures(json: &str) -> PyResult<RenderSettings> {
 /// Settings of pictures, as far as they are given.
 pub fn overrides(json: &str) -> PyResult<RenderOverrides> {
     parsed(json)
+}
+
+/// Settings of speed: a device by its name, and a number of threads.
+pub fn of_speed(device: Option<&str>, threads: Option<usize>) -> PyResult<SpeedSettings> {
+    let device = device.map(|device| device.parse().map_err(wrong)).transpose()?;
+    Ok(SpeedSettings { device, threads, ..SpeedSettings::default() })
 }
 
 /// Settings for reading files.

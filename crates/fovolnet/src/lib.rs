@@ -138,12 +138,12 @@ pub use motion::{Depths, Filled, MotionFinder, REMEMBERED, motion, motion_of_dep
 #[cfg(feature = "gpu")]
 pub use pipeline::{DeviceFrame, DoneFrame};
 pub use pipeline::{
-    FrameGuide, FrameReport, MeanReport, Pipeline, Rays, RenderReport, RenderedFrame, Timings, Viewpoint,
-    camera_path,
+    FrameGuide, FrameReport, MeanReport, PiecedPicture, Pipeline, Rays, RenderReport, RenderedFrame, Timings,
+    Viewpoint, camera_path,
 };
 pub use planner::{Candidate, FramePlan, Freedom, Limit, MadeFrame, PlannedFrames, Planner, Shown, Way};
 #[cfg(feature = "files")]
-pub use planner::{Engine, PlannedPipeline, Wanted};
+pub use planner::{Engine, FrameMaker, PlannedPipeline, Wanted};
 #[cfg(feature = "gpu")]
 pub use reconstruct::DeviceReconstructor;
 pub use reconstruct::{Reconstructor, Seen};

@@ -5,8 +5,7 @@ use fovolnet::core::{Camera, Fovea, Frame, FrameSize, Pixel, SampleList, SampleM
 use fovolnet::metrics::{Display, FovVideoVdp, psnr};
 use fovolnet::render::cpu;
 use fovolnet::render::noise::Noise;
-use fovolnet::{Pipeline, RenderSettings, RenderedFrame};
-use std::time::Instant;
+use fovolnet::{PiecedPicture, Pipeline, RenderSettings, RenderedFrame};
 
 /// Progressively refined frame. Pixels are rendered in the order of the mask's noise until all are done. The result
 /// equals `--sampling full`.
@@ -19,10 +18,7 @@ pub struct Still {
     /// Reconstruction from the first samples.
     reconstructed: Frame,
     /// The reconstruction, with all pixels replaced that were rendered since.
-    picture: Frame,
-    measured: SampleMask,
-    /// Cost in milliseconds per pixel.
-    pixel_ms: f64,
+    picture: PiecedPicture,
     /// Noise threshold below which all pixels are rendered.
     level: f64,
     /// Frame with exact shadows, if the picture has cached ones.
@@ -32,11 +28,9 @@ pub struct Still {
 /// Frame with exact shadows, rendered row by row, for comparison with cached shadows.
 #[derive(Debug)]
 struct Reference {
-    frame: Frame,
+    picture: PiecedPicture,
     /// Number of rendered rows.
     rows: u32,
-    /// Cost in milliseconds per pixel.
-    pixel_ms: f64,
 }
 
 /// Quality of the reconstruction, compared with the full frame.
@@ -63,10 +57,8 @@ impl Still {
             fovea,
             noise,
             index: first.index,
-            picture: first.frame.clone(),
+            picture: PiecedPicture::new(first.frame.clone(), first.mask, pixel_ms),
             reconstructed: first.frame,
-            measured: first.mask,
-            pixel_ms,
             level: 0.0,
             reference,
         }
@@ -83,33 +75,16 @@ impl Still {
                 None => Ok(()),
             };
         }
-        let pixels = self.picture.size().pixels() as f64;
-        let share = PIECE_MS / self.pixel_ms.max(1e-9) / pixels;
+        let pixels = self.picture.frame().size().pixels() as f64;
+        let share = PIECE_MS / self.picture.pixel_ms().max(1e-9) / pixels;
         self.level = (self.level + share.max(1e-3)).min(1.0);
-        let mut wanted = self.below(self.level);
-        for (word, measured) in wanted.words_mut().iter_mut().zip(self.measured.words()) {
-            *word &= !measured;
-        }
-        let list = cpu::compact(&wanted);
-        if list.is_empty() {
-            return Ok(());
-        }
-        let started = Instant::now();
-        let marched = pipeline.march(&self.camera, &list)?;
-        let ms = started.elapsed().as_secs_f64() * 1e3 / list.len() as f64;
-        self.pixel_ms = 0.5 * (self.pixel_ms + ms);
-        let width = self.picture.size().width;
-        for (pixel, marched) in list.pixels().iter().zip(marched) {
-            let [r, g, b] = marched.colour;
-            self.picture.pixels_mut()[pixel.index(width)] = [r, g, b, 1.0];
-            self.measured.set(pixel.x.into(), pixel.y.into());
-        }
-        Ok(())
+        let list = self.picture.missing(self.below(self.level));
+        Ok(self.picture.take(&list, |list| pipeline.march(&self.camera, list))?)
     }
 
     /// Pixels whose noise is below `level`.
     fn below(&self, level: f64) -> SampleMask {
-        let size = self.picture.size();
+        let size = self.picture.frame().size();
         if level >= 1.0 {
             return SampleMask::full(size);
         }
@@ -129,7 +104,7 @@ impl Still {
 
     /// Fraction of pixels that are rendered.
     pub fn share(&self) -> f64 {
-        self.measured.density()
+        self.picture.measured().density()
     }
 
     /// Fovea of the first mask.
@@ -139,7 +114,7 @@ impl Still {
 
     /// Current picture: rendered pixels, reconstructed elsewhere.
     pub fn picture(&self) -> &Frame {
-        &self.picture
+        self.picture.frame()
     }
 
     /// Reconstruction from the first samples.
@@ -149,12 +124,12 @@ impl Still {
 
     /// Mask of rendered pixels.
     pub fn measured(&self) -> &SampleMask {
-        &self.measured
+        self.picture.measured()
     }
 
     /// Quality of the reconstruction against the full frame with exact shadows; `None` until that is complete.
     pub fn quality(&self) -> Option<Quality> {
-        let exact = self.reference.as_ref().map_or(&self.picture, |reference| &reference.frame);
+        let exact = self.reference.as_ref().map_or(&self.picture, |reference| &reference.picture).frame();
         self.is_done().then(|| Quality {
             psnr: psnr(exact, &self.reconstructed).unwrap_or(0.0),
             jod: jod(exact, &self.reconstructed),
@@ -165,33 +140,23 @@ impl Still {
 impl Reference {
     /// Empty reference with the estimated cost `pixel_ms` in milliseconds per pixel.
     fn new(size: FrameSize, pixel_ms: f64) -> Self {
-        Self { frame: Frame::new(size), rows: 0, pixel_ms }
+        Self { picture: PiecedPicture::new(Frame::new(size), SampleMask::none(size), pixel_ms), rows: 0 }
     }
 
     fn is_complete(&self) -> bool {
-        self.rows >= self.frame.size().height
+        self.rows >= self.picture.frame().size().height
     }
 
     /// Renders more rows, seen from `camera`.
     fn advance(&mut self, pipeline: &mut Pipeline, camera: &Camera) -> Result<()> {
-        let size = self.frame.size();
-        let row_ms = self.pixel_ms.max(1e-9) * f64::from(size.width);
+        let size = self.picture.frame().size();
+        let row_ms = self.picture.pixel_ms().max(1e-9) * f64::from(size.width);
         let rows = self.rows..(self.rows + (PIECE_MS / row_ms).max(1.0) as u32).min(size.height);
         let pixel = |x, y| Pixel { x: x as u16, y: y as u16 };
         let pixels: Vec<Pixel> =
             rows.clone().flat_map(|y| (0..size.width).map(move |x| pixel(x, y))).collect();
         let list = SampleList::new(size, pixels);
-        if list.is_empty() {
-            return Ok(());
-        }
-        let started = Instant::now();
-        let marched = pipeline.march_reference(camera, &list)?;
-        let ms = started.elapsed().as_secs_f64() * 1e3 / list.len() as f64;
-        self.pixel_ms = 0.5 * (self.pixel_ms + ms);
-        for (pixel, marched) in list.pixels().iter().zip(marched) {
-            let [r, g, b] = marched.colour;
-            self.frame.pixels_mut()[pixel.index(size.width)] = [r, g, b, 1.0];
-        }
+        self.picture.take(&list, |list| pipeline.march_reference(camera, list))?;
         self.rows = rows.end;
         Ok(())
     }

@@ -187,7 +187,7 @@ class Scene:
             uint8 of shape (height, width, 3 or 4).
         array (height, width), with ``depth``
             float32: distance of each pixel from the eye, along its ray, to where its opacity passes one half, in world units, of which
-            the longest side of the volume is one; infinite where it never does.
+            the longest side of the volume is one. Where it never does, the mean distance of what shows; infinite where nothing shows.
         """
         with self._lock:
             renderer, given = self._prepared({"transparent": transparent})

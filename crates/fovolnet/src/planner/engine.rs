@@ -1,6 +1,6 @@
+use super::frame_maker::FrameMaker;
 use super::freedom::Freedom;
 use super::limit::Limit;
-use super::planned_pipeline::PlannedPipeline;
 use crate::{OpenVolume, Pipeline, RenderSettings, RenderedFrame, Result, SpeedSettings, Timings};
 use fovol_core::{Frame, SampleMask};
 use std::sync::Arc;
@@ -27,42 +27,18 @@ pub struct Engine(Option<Made>);
 
 #[derive(Debug)]
 struct Made {
-    maker: Maker,
+    maker: FrameMaker,
     wanted: Wanted,
-}
-
-#[derive(Debug)]
-enum Maker {
-    Fixed(Box<Pipeline>),
-    Planned(Box<PlannedPipeline>),
-}
-
-impl Maker {
-    fn new(wanted: &Wanted) -> Result<Self> {
-        let Wanted { volume, settings, speed, .. } = wanted;
-        let mut maker = match wanted.planning {
-            None => Self::Fixed(Box::new(Pipeline::new(volume, settings, speed)?)),
-            Some((limit, freedom)) => {
-                Self::Planned(Box::new(PlannedPipeline::new(volume, (settings, freedom), limit, speed)?))
-            }
-        };
-        if wanted.finds_motion {
-            maker.pipeline().find_motion();
-        }
-        Ok(maker)
-    }
-
-    fn pipeline(&mut self) -> &mut Pipeline {
-        match self {
-            Self::Fixed(pipeline) => pipeline,
-            Self::Planned(planned) => planned.pipeline(),
-        }
-    }
 }
 
 impl Made {
     fn new(wanted: Wanted) -> Result<Self> {
-        Ok(Self { maker: Maker::new(&wanted)?, wanted })
+        let Wanted { volume, settings, speed, planning, finds_motion } = &wanted;
+        let mut maker = FrameMaker::new(volume, settings, *planning, speed)?;
+        if *finds_motion {
+            maker.pipeline().find_motion();
+        }
+        Ok(Self { maker, wanted })
     }
 
     /// Goes on with `wanted`. Returns it if nothing can be kept.
@@ -76,9 +52,9 @@ impl Made {
             return Ok(Some(wanted));
         }
         match &mut self.maker {
-            Maker::Planned(_) if shows_another => return Ok(Some(wanted)),
-            Maker::Planned(planned) => planned.ask(&wanted.settings),
-            Maker::Fixed(pipeline) => {
+            FrameMaker::Planned(_) if shows_another => return Ok(Some(wanted)),
+            FrameMaker::Planned(planned) => planned.ask(&wanted.settings),
+            FrameMaker::Fixed(pipeline) => {
                 // The old settings may not fit the new volume.
                 if shows_another && pipeline.show(&wanted.volume).is_err() {
                     return Ok(Some(wanted));
@@ -101,10 +77,7 @@ impl Engine {
     /// # Errors
     /// Errors of [`Pipeline::new`] and of [`Pipeline::render`].
     pub fn render(&mut self, wanted: Wanted, i: u32) -> Result<RenderedFrame> {
-        Ok(match self.ready(wanted)? {
-            Maker::Fixed(pipeline) => pipeline.render(i)?,
-            Maker::Planned(planned) => planned.render(i)?.0,
-        })
+        Ok(self.ready(wanted)?.render(i)?.0)
     }
 
     /// Renders frame `i` with every pixel marched and exact shadows.
@@ -112,11 +85,7 @@ impl Engine {
     /// # Errors
     /// Errors of [`Self::render`].
     pub fn reference(&mut self, wanted: Wanted, i: u32) -> Result<RenderedFrame> {
-        let frame = match self.ready(wanted)? {
-            Maker::Fixed(pipeline) => pipeline.reference(i)?,
-            Maker::Planned(planned) => planned.reference(i)?,
-        };
-        Ok(every_pixel(i, frame))
+        Ok(every_pixel(i, self.ready(wanted)?.reference(i)?))
     }
 
     /// Pipeline of the frames that are `wanted`.
@@ -139,7 +108,7 @@ impl Engine {
         self.0 = None;
     }
 
-    fn ready(&mut self, wanted: Wanted) -> Result<&mut Maker> {
+    fn ready(&mut self, wanted: Wanted) -> Result<&mut FrameMaker> {
         let anew = match &mut self.0 {
             None => Some(wanted),
             Some(made) => match made.change(wanted) {

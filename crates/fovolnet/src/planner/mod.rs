@@ -9,6 +9,8 @@ mod costs;
 #[cfg(feature = "files")]
 mod engine;
 mod errors;
+#[cfg(feature = "files")]
+mod frame_maker;
 mod frame_plan;
 mod freedom;
 mod limit;
@@ -27,6 +29,8 @@ mod way;
 pub use candidate::Candidate;
 #[cfg(feature = "files")]
 pub use engine::{Engine, Wanted};
+#[cfg(feature = "files")]
+pub use frame_maker::FrameMaker;
 pub use frame_plan::{FramePlan, PlannedFrames};
 pub use freedom::Freedom;
 pub use limit::Limit;

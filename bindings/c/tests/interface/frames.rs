@@ -1,11 +1,6 @@
 //! Channels of frames, clips, planning.
 
-// SAFETY of all calls here: handles are valid, and buffers are as large as the header asks for.
-#![allow(clippy::undocumented_unsafe_blocks)]
-
-mod common;
-
-use common::*;
+use crate::calls::*;
 use fovolnet::{Device, Pipeline, RenderOverrides, SpeedSettings, VolumeSettings, open_volume};
 use fovolnet_c::*;
 use std::ptr::null_mut;

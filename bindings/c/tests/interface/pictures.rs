@@ -1,11 +1,6 @@
 //! Pictures are those of the library, byte for byte.
 
-// SAFETY of all calls here: handles are valid, and buffers are as large as the header asks for.
-#![allow(clippy::undocumented_unsafe_blocks)]
-
-mod common;
-
-use common::*;
+use crate::calls::*;
 use fovolnet::core::{Camera, FrameSize, Grid, Volume};
 use fovolnet::{
     Device, OpenVolume, Pipeline, RenderOverrides, RenderSettings, RenderedFrame, Sampling, ShadowRays,
@@ -171,7 +166,7 @@ fn volumes_lie_over_each_other() {
         ok(fovolnet_volume_clear_overlays(head.0));
         ok(fovolnet_volume_commit(head.0));
     }
-    let alone = rendered(&crate::head(), RenderSettings::default());
+    let alone = rendered(&self::head(), RenderSettings::default());
     assert_eq!(renderer.render(0).read(FOVOLNET_RGBA8), alone.frame.to_rgba8());
 }
 

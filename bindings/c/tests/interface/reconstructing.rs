@@ -1,11 +1,6 @@
 //! Sparse frames of any renderer become pictures.
 
-// SAFETY of all calls here: handles are valid, and buffers are as large as the header asks for.
-#![allow(clippy::undocumented_unsafe_blocks)]
-
-mod common;
-
-use common::*;
+use crate::calls::*;
 use fovolnet::core::{Frame, FrameSize, SparseFrame};
 use fovolnet::{Reconstructor, RenderOverrides};
 use fovolnet_c::*;

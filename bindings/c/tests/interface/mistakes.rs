@@ -1,11 +1,6 @@
 //! Mistakes of callers become errors that say how to mend them.
 
-// SAFETY of all calls here: pointers are null, or point to what the header asks for.
-#![allow(clippy::undocumented_unsafe_blocks)]
-
-mod common;
-
-use common::*;
+use crate::calls::*;
 use fovolnet_c::*;
 use std::ptr::{null, null_mut};
 

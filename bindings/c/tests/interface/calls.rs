@@ -1,7 +1,4 @@
-//! Calls as C makes them, for tests.
-
-// Each test uses some of them.
-#![allow(dead_code)]
+//! Calls as C makes them.
 
 use fovolnet_c::*;
 use std::ffi::{CStr, CString};
