@@ -212,7 +212,7 @@ pub unsafe extern "C" fn fovolnet_renderer_set_transfer_function(
     // SAFETY: see the rules at the top of the header.
     unsafe {
         keep(renderer, transfer_function, |pending, transfer_function| {
-            pending.transfer_function = transfer_function
+            pending.transfer_function = transfer_function;
         })
     }
 }

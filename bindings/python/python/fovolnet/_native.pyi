@@ -205,8 +205,8 @@ class Renderer:
         """
     def depth(self, /, settings: str, i: SupportsIndex = 0) -> NDArray[np.float32]:
         """
-        Distance of every pixel of frame `i` from the eye, along its ray, to where its opacity passes one half: float32 of shape
-        (height, width), in world units; infinite where it never does.
+        Distance of every pixel of frame `i` from the eye, along its ray, to where its opacity passes one half; where it
+        never does, the mean distance of what shows: float32 of shape (height, width), in world units; infinite where nothing shows.
         """
     def gpu(self, /, settings: str) -> str | None:
         """
